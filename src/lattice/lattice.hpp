@@ -123,9 +123,34 @@ struct Lattice : LatticeNumbers {
 /// Squares of what is given are summed: they must not overflow. False for what is no number.
 inline bool usable(double value) { return std::abs(value) <= 1e150; }
 
-/// The numbers of that name: stiffness, rest_length, damping, or what the springs' laws take beyond these, of every spring; mass, of every particle.
-/// Null: there are none, or they cannot be changed.
-std::vector<double>* changeable_numbers(Lattice* lattice, const std::string& name);
+struct InteractionSchema;
+
+/// Where the numbers of one name lie in a lattice: a column of a table.
+struct NumberColumn {
+  std::vector<double>* table = nullptr;
+  std::size_t first = 0, width = 1;  ///< its place among the columns of the table, and how many these are
+  int kind = -1;                     ///< of interactions; -1: of springs or particles
+  explicit operator bool() const { return table != nullptr; }
+  std::size_t size() const { return table->size() / width; }
+  double& operator[](std::size_t row) const { return (*table)[row * width + first]; }
+  std::vector<double> values() const;
+  void assign(const std::vector<double>& values) const;
+};
+
+/// The numbers of that name: stiffness, rest_length, damping, or what the springs' laws take beyond these, of every spring; mass, of every particle;
+/// angle_stiffness, angle_rest_angle, hinge_stiffness and their like, of every interaction of that group. False: there are none, or they cannot be
+/// changed.
+NumberColumn changeable_numbers(Lattice* lattice, const std::string& name);
+/// The names of what interactions take, of all kinds that this lattice has.
+std::vector<std::string> interaction_numbers(const Lattice& lattice);
+/// The name of a number that interactions of a kind take: that of their group and its own.
+std::string number_name(const InteractionSchema& schema, std::size_t place);
+/// Back: the kind that takes a number of that name (-1: none does), and its place among what the kind takes.
+struct InteractionNumber {
+  int kind = -1;
+  std::size_t place = 0;
+};
+InteractionNumber interaction_number(const std::string& name);
 
 /// Gives them anew; `all`: of the whole lattice, which `lattice` holds. False, and why, where they are no numbers of that lattice, are out of their
 /// range, or would make another system of it: springs of rest length 0 or without damper stay such, others may lose their damper.

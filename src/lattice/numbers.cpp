@@ -1,3 +1,4 @@
+#include <algorithm>
 #include "base/text.hpp"
 #include "lattice/lattice.hpp"
 #include "lattice/spring_laws.hpp"
@@ -23,39 +24,86 @@ const char* fault_of(const std::string& name, double before, double now) {
   return nullptr;
 }
 
+/// The same of the number of interaction k, beside the others that it takes.
+const char* interaction_fault_of(const NumberColumn& column, int dim, std::size_t k, double now) {
+  const InteractionSchema& schema = interaction_schemas()[static_cast<std::size_t>(column.kind)];
+  const char* remedy = nullptr;
+  double p[MOST_INTERACTION_PARAMETERS];
+  if (!usable(now)) return "give finite numbers up to 1e150";
+  std::copy_n(column.table->data() + k * column.width, column.width, p);
+  p[column.first] = now;
+  return schema.bad_parameter(p, dim, &remedy) < 0 ? nullptr : remedy;
+}
+
 }  // namespace
 
-std::vector<double>* changeable_numbers(Lattice* lattice, const std::string& name) {
-  if (name == "mass") return &lattice->mass;
-  if (name == "stiffness") return &lattice->stiffness;
-  if (name == "rest_length") return &lattice->rest_length;
-  if (name == "damping") return &lattice->damping;
+std::string number_name(const InteractionSchema& schema, std::size_t place) {
+  return std::string(schema.group) + "_" + schema.parameters[place].name;
+}
+
+InteractionNumber interaction_number(const std::string& name) {
+  const std::vector<InteractionSchema>& schemas = interaction_schemas();
+  for (std::size_t kind = 0; kind < schemas.size(); ++kind)
+    for (std::size_t p = 0; p < schemas[kind].parameters.size(); ++p)
+      if (name == number_name(schemas[kind], p)) return {static_cast<int>(kind), p};
+  return {};
+}
+
+std::vector<double> NumberColumn::values() const {
+  std::vector<double> all(size());
+  for (std::size_t k = 0; k < all.size(); ++k) all[k] = (*this)[k];
+  return all;
+}
+
+void NumberColumn::assign(const std::vector<double>& values) const {
+  for (std::size_t k = 0; k < values.size(); ++k) (*this)[k] = values[k];
+}
+
+NumberColumn changeable_numbers(Lattice* lattice, const std::string& name) {
+  if (name == "mass") return {&lattice->mass};
+  if (name == "stiffness") return {&lattice->stiffness};
+  if (name == "rest_length") return {&lattice->rest_length};
+  if (name == "damping") return {&lattice->damping};
   for (const SpringParameter& one : spring_parameters())
     if (name == one.name)
       for (Column& column : lattice->spring_columns)
-        if (column.name == name) return &column.value;
-  return nullptr;
+        if (column.name == name) return {&column.value};
+  const InteractionNumber one = interaction_number(name);
+  const std::size_t kind = static_cast<std::size_t>(one.kind);
+  if (one.kind < 0 || kind >= lattice->interactions.size() || lattice->interactions[kind].rows.total == 0) return {};
+  return {&lattice->interactions[kind].parameter, one.place, interaction_schemas()[kind].parameters.size(), one.kind};
+}
+
+std::vector<std::string> interaction_numbers(const Lattice& lattice) {
+  std::vector<std::string> names;
+  for (std::size_t kind = 0; kind < lattice.interactions.size(); ++kind) {
+    const InteractionSchema& schema = interaction_schemas()[kind];
+    for (std::size_t p = 0; p < schema.parameters.size() && lattice.interactions[kind].rows.total > 0; ++p) names.push_back(number_name(schema, p));
+  }
+  return names;
 }
 
 bool change_numbers(Lattice* lattice, const std::string& name, const std::vector<double>& all, std::string* why) {
-  std::vector<double>* const column = changeable_numbers(lattice, name);
-  const char* const of = name == "mass" ? "particle" : "spring";
+  const NumberColumn column = changeable_numbers(lattice, name);
   if (!column) {
     *why =
-        "numbers called " + name + " are not the lattice's, or cannot be changed: name stiffness, rest_length, damping, mass or what its law takes";
+        "numbers called " + name + " are not the lattice's, or cannot be changed: name stiffness, rest_length, damping, mass or what its laws take";
     return false;
   }
-  if (all.size() != column->size()) {
+  const char* const of = column.kind >= 0 ? interaction_schemas()[static_cast<std::size_t>(column.kind)].title
+                         : name == "mass" ? "particle"
+                                          : "spring";
+  if (all.size() != column.size()) {
     *why = format("%zu numbers called %s for %s", all.size(), name.c_str(),
-                  how_many(static_cast<std::int64_t>(column->size()), std::string(of) + "{s}").c_str());
+                  how_many(static_cast<std::int64_t>(column.size()), std::string(of) + "{s}").c_str());
     return false;
   }
   for (std::size_t k = 0; k < all.size(); ++k)
-    if (const char* fault = fault_of(name, (*column)[k], all[k])) {
+    if (const char* fault = column.kind >= 0 ? interaction_fault_of(column, lattice->dim, k, all[k]) : fault_of(name, column[k], all[k])) {
       *why = format("%s %zu: %s %g; %s", of, k, name.c_str(), all[k], fault);
       return false;
     }
-  *column = all;
+  column.assign(all);
   return true;
 }
 

@@ -90,9 +90,9 @@ class Session {
   /// with the last equilibrium, which stays; there is none (Exit::input).
   Error follow(Result* out);
   /// Of the equilibrium that solve_statics() or follow() has found last: what a function J of its positions, of slopes dJ/dx, (N, d) whole, changes
-  /// by with each number of the springs that set_numbers() takes but damping, as the equilibrium follows: {name: (S) dJ/dp}, by one adjoint solve.
-  /// Histories stay as they are. Errors: there is no equilibrium, or not of the numbers of now (Exit::input); as find_adjoint()
-  /// (tasks/sensitivities.hpp).
+  /// by with each number of springs and interactions that set_numbers() takes but damping, as the equilibrium follows: {name: dJ/dp, of each spring
+  /// or interaction}, by one adjoint solve; numbers of interactions whose law does not say how its forces change with them are left out. Histories
+  /// stay as they are. Errors: there is no equilibrium, or not of the numbers of now (Exit::input); as find_adjoint() (tasks/sensitivities.hpp).
   Error sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out);
   Error moduli(Result* out, const Settings& more = {});
   /// `about`: unless null, the equilibrium that a result of solve_statics() or follow() stands at, of a session of the same lattice and settings on
@@ -126,8 +126,9 @@ class Session {
   /// is held or moves as given stays where it is. Error (Exit::input): numbers that are not finite, or settings that name files of the run.
   Error set_rows(Array what, const std::vector<double>& rows);
   /// Numbers of the lattice that the session was created with, the whole of them, in the order of the input, the same on every rank: stiffness,
-  /// rest_length, damping, or what the springs' laws take; mass. They hold in what is stepped, which goes on as after set_rows(), in what follow()
-  /// finds, and in analyses to come. Errors (Exit::input): change_numbers() (lattice/lattice.hpp); a session without a lattice in memory.
+  /// rest_length, damping, or what the springs' laws take; mass; angle_stiffness, angle_rest_angle, hinge_stiffness, hinge_rest_angle. They hold in
+  /// what is stepped, which goes on as after set_rows(), in what follow() finds, and in analyses to come. Errors (Exit::input): change_numbers()
+  /// (lattice/lattice.hpp); a session without a lattice in memory.
   Error set_numbers(const std::string& name, const std::vector<double>& all);
   /// Systems made from now on (Make::when_needed) have room for springs that exert nothing yet, so that follow() goes on where set_numbers() gives
   /// them a stiffness; without it there is then no equilibrium to follow. What is stepped is made anew where it lacks room.

@@ -14,8 +14,8 @@
 namespace bs {
 
 std::vector<double> Session::numbers(const std::string& name) const {
-  const std::vector<double>* column = impl_->given ? changeable_numbers(impl_->given.get(), name) : nullptr;
-  return column ? *column : std::vector<double>();
+  const NumberColumn column = impl_->given ? changeable_numbers(impl_->given.get(), name) : NumberColumn();
+  return column ? column.values() : std::vector<double>();
 }
 
 void Session::Impl::drop_statics() {
@@ -67,8 +67,10 @@ PetscErrorCode Session::Impl::sensitivities(const std::vector<double>& slope, st
   names = {"stiffness", "rest_length"};
   for (const SpringParameter& one : spring_parameters())
     if (changeable_numbers(given.get(), one.name)) names.emplace_back(one.name);
+  for (const std::string& name : interaction_numbers(*given)) names.push_back(name);
   PetscCall(statics->sensitivities({slope.begin() + first, slope.begin() + end}, names, &found));
-  for (std::size_t k = 0; k < names.size(); ++k) (*out)[names[k]] = std::move(found[k]);
+  for (std::size_t k = 0; k < names.size(); ++k)
+    if (found[k].size() == changeable_numbers(given.get(), names[k]).size()) (*out)[names[k]] = std::move(found[k]);  // else the law does not say
   PetscFunctionReturn(0);
 }
 
@@ -138,8 +140,8 @@ PetscErrorCode Session::Impl::set_numbers(const std::string& name, const std::ve
   PetscFunctionBegin;
   PetscCall(require_given());
   if (model) PetscCall(refuse_files());
-  std::vector<double>* const column = changeable_numbers(given.get(), name);
-  const std::vector<double> before = column ? *column : std::vector<double>();
+  const NumberColumn column = changeable_numbers(given.get(), name);
+  const std::vector<double> before = column ? column.values() : std::vector<double>();
   const std::vector<std::string> gone = numbers_of_removed();
   std::vector<double> now = all;
   if (now.size() == before.size() && std::count(gone.begin(), gone.end(), name))
@@ -149,11 +151,11 @@ PetscErrorCode Session::Impl::set_numbers(const std::string& name, const std::ve
     }
   if (!change_numbers(given.get(), name, now, &why)) error.note(0, why);
   PetscCall(fail_if_any(comm, error));
-  if (column) *column = before;  // room is made for the system as it was
+  column.assign(before);  // room is made for the system as it was
   PetscCall(make_room(name, now));
-  *column = now;
+  column.assign(now);
   const PetscErrorCode code = pass_on(name, now);
-  if (code) *column = before;
+  if (code) column.assign(before);
   PetscFunctionReturn(code);
 }
 
@@ -178,7 +180,7 @@ PetscErrorCode Session::Impl::remove_springs(const std::vector<std::int64_t>& ro
   const std::set<std::int64_t> before = removed;
   removed.insert(rows.begin(), rows.end());
   for (const std::string& name : numbers_of_removed())
-    if (!code) code = set_numbers(name, *changeable_numbers(given.get(), name));
+    if (!code) code = set_numbers(name, changeable_numbers(given.get(), name).values());
   if (code) removed = before;
   PetscFunctionReturn(code);
 }
@@ -194,8 +196,7 @@ PetscErrorCode Session::Impl::restore_numbers(const State& state) {
   PetscFunctionBegin;
   removed = state.removed;
   for (const auto& [name, numbers] : numbers_of(state)) {
-    std::vector<double>* const column = changeable_numbers(given.get(), name);
-    *column = *numbers;
+    changeable_numbers(given.get(), name).assign(*numbers);
     PetscCall(pass_on(name, *numbers));
   }
   PetscFunctionReturn(0);

@@ -18,6 +18,17 @@ PetscErrorCode own_numbers(Vec vec, std::vector<double>* numbers) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode sum_by_rows(MPI_Comm comm, std::int64_t count, const std::vector<std::pair<std::int64_t, double>>& parts, std::vector<double>* own) {
+  VecHandle sums;
+  PetscFunctionBegin;
+  PetscCall(create_vec(comm, static_cast<PetscInt>(count), 1, sums.out()));
+  for (const auto& [row, part] : parts) PetscCall(VecSetValue(sums, static_cast<PetscInt>(row), part, ADD_VALUES));
+  PetscCall(VecAssemblyBegin(sums));
+  PetscCall(VecAssemblyEnd(sums));
+  PetscCall(own_numbers(sums, own));
+  PetscFunctionReturn(0);
+}
+
 /// This rank's rows of a field, and how many columns it has.
 static PetscErrorCode own_rows(const Field& field, PetscInt* columns, std::vector<double>* rows) {
   PetscInt size = 0;

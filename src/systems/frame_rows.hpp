@@ -44,6 +44,8 @@ PetscErrorCode read_breaks(System& system, std::vector<FrameTable>* out);
 
 /// Collective. This rank's numbers of a vector in the input's order.
 PetscErrorCode own_numbers(Vec vec, std::vector<double>* numbers);
+/// Collective. Sums of (row, part) of all ranks by rows in the input's order, of which `count` are this rank's: its own.
+PetscErrorCode sum_by_rows(MPI_Comm comm, std::int64_t count, const std::vector<std::pair<std::int64_t, double>>& parts, std::vector<double>* own);
 
 /// The positions or the velocities of a state; as a table (particles, dim) of doubles they have the state's order.
 enum class StateHalf { position, velocity };

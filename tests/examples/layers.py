@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The layers of the source hold: a folder of src includes only what the table of src/README.md lets it include, base nothing but itself, and what the
-table says of PETSc's types is so. The unit tests are where the source is: a folder of tests/unit is one of src, and what lies in it includes a header of that folder.
+table says of PETSc's types is so. Where position and velocity lie in a state is known to systems/layout.hpp alone. The unit tests are where the source is: a folder of tests/unit is one of src, and what lies in it includes a header of that folder.
 The functions and files that src/README.md names exist. At the top lies what belongs there."""
 import argparse
 import pathlib
@@ -14,6 +14,9 @@ UNIT = ROOT / "tests" / "unit"
 TOP = {"CMakeLists.txt", "CMakePresets.json", "README.md", "LICENSE", "CITATION.cff", "CHANGELOG.md", "CONTRIBUTING.md", "check", "demo", "cmake", "src", "options", "meshes", "tests",
        "postprocess"}
 FOREIGN = {"physics": r"petsc|mpi\.h|\bMPI_|\bVec\b|\bMat\b", "lattice": r"petsc|mpi\.h|\bMPI_", "solvers": r"petscts|\bTS\b|\bTS[A-Z]\w*", "linalg": r"petscts|\bTS\b|\bTS[A-Z]\w*"}
+
+STATES = ("systems/", "solvers/", "time/", "tasks/", "output/", "checkpoint/", "session/")  # what handles states asks Layout where things lie in them
+DECODED = r"\b2 \* (static_cast<[\w:]+>\()?(\w+(\.|->))*(d|dim|dim_|dim\(\))(?![\w(.])"
 
 
 def table(text):
@@ -40,6 +43,8 @@ def faults(files, allowed):
         code = re.sub(r'//[^\n]*|"(\\.|[^"\\\n])*"', "", re.sub(r'^#include "[^\n]*', "", text, flags=re.M))
         if room in FOREIGN and (hit := re.search(FOREIGN[room], code)):
             found.append(f"{path} names {hit.group(0)}, which {room}/ does not know")
+        if path.startswith(STATES) and path != "systems/layout.hpp" and (hit := re.search(DECODED, code)):
+            found.append(f"{path} computes places in a state ({hit.group(0)}): ask Layout (systems/layout.hpp)")
     return found
 
 
@@ -82,8 +87,9 @@ def main():
     allowed = table((SOURCE / "README.md").read_text())
     found = faults(files, allowed)
     # the test itself: what is wrong is seen
-    wrong = {"solvers/a.hpp": '#include "time/b.hpp"\nvoid f(TS ts);\n', "time/b.hpp": "", "attic/c.cpp": "", "lattice/d.cpp": '#include "lattice/none.hpp"\n'}
-    if len(faults(wrong, allowed)) != 4:
+    wrong = {"solvers/a.hpp": '#include "time/b.hpp"\nvoid f(TS ts);\n', "time/b.hpp": "", "attic/c.cpp": "", "lattice/d.cpp": '#include "lattice/none.hpp"\n',
+             "time/e.cpp": "a[i * 2 * net_->dim + c] = 0;\n", "systems/f.hpp": "v[i * 2 * d + d] = 2 * dt + 2 * d.x;\n"}
+    if len(faults(wrong, allowed)) != 6:
         found.append("the test does not see " + "; ".join(wrong))
     tests = {str(p.relative_to(UNIT)): p.read_text() for p in UNIT.rglob("*.cpp")}
     tests = {path: text for path, text in tests.items() if not path.startswith("support/")}

@@ -6,7 +6,7 @@ import numpy as np
 from helpers import raised
 
 import backspring as bs
-from cases import sheet
+from cases import sheet, strip
 
 
 def closed_forms():
@@ -63,6 +63,21 @@ def changed_numbers():
         total = simulation.observables["kinetic_energy"] + simulation.observables["elastic_energy"]
         assert abs(total - (moving + 0.5 * 80 * stretch**2)) < 1e-9, total  # cn keeps the energy of a linear spring
         assert simulation.steps == 60 and simulation.lattice.stiffness[0] == 80
+    flap, options = strip(), dict(dt=2e-3, bs_gravity=(0, 0, -9.81), snes_rtol=1e-12)
+    flap.pop("breaking")
+    bends = dict(angle_stiffness=[0.9, 0.4], hinge_rest_angle=[0.3, -0.2])
+    with bs.Simulation(bs.Lattice(**flap), **options) as simulation:
+        simulation.step(20)
+        x, v = simulation.x.copy(), simulation.v.copy()
+        simulation.change(**bends)
+        simulation.step(20)
+        after, end = simulation.lattice, simulation.x.copy()
+    assert np.array_equal(after.angles["stiffness"], [0.9, 0.4]) and np.array_equal(after.hinges["stiffness"], flap["hinges"]["stiffness"])
+    flap["angles"]["stiffness"], flap["hinges"]["rest_angle"] = np.array(bends["angle_stiffness"]), np.array(bends["hinge_rest_angle"])
+    with bs.Simulation(bs.Lattice(**{**flap, "x": x, "velocity": v, "damping": 0.1}), **options) as begun, bs.Simulation(after.replace(x=x, velocity=v), **options) as other:
+        for one in (begun, other):
+            one.step(20)
+            assert abs(one.x - end).max() < 1e-9, abs(one.x - end).max()
 
 
 def load_steps():

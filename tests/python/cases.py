@@ -59,6 +59,23 @@ def parts():
                 breaking=dict(critical_strain=np.full(9, 0.3)), area=np.full(9, 1e-3))
 
 
+def strip():
+    """The strip with angle springs and hinges away from angles that end their ranges."""
+    net = parts()
+    net["x"][1, 2], net["x"][4, 2] = -0.1, 0.3
+    net["angles"]["rest_angle"] = np.array([2.9, 2.8])
+    return net
+
+
+def bent_cell():
+    """The periodic net with angle springs, some of them across the edges of the box."""
+    net = cell()
+    middle = np.array([0, 4, 12, 20, 24])
+    row, column = middle // 5, middle % 5
+    triples = np.stack([row * 5 + (column - 1) % 5, middle, row * 5 + (column + 1) % 5], axis=1)
+    return {**net, "fixed": [0], "angles": {"triples": triples, "stiffness": np.linspace(0.2, 0.4, 5), "rest_angle": np.linspace(2.5, 3.5, 5)}}
+
+
 def weak():
     """The patch with springs that break, those of few rows as they lie below the others' limits."""
     return {**sheet(), "breaking": {"critical_strain": np.random.default_rng(1).uniform(0.02, 0.4, 101)}}

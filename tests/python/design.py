@@ -4,22 +4,25 @@ from helpers import python, raised
 from scipy.optimize import minimize
 
 import backspring as bs
-from cases import cell, parts, sheet
+from cases import bent_cell, cell, sheet, strip
 
 # code of several ranks: prints what one rank finds, too
 ON_RANKS = '''
 import backspring as bs, numpy as np
 from mpi4py import MPI
-from cases import sheet
-net = bs.Lattice(**sheet())
-slope = np.random.default_rng(5).standard_normal(net.x.shape)
-found = []
-for comm in (MPI.COMM_WORLD, MPI.COMM_SELF):
-    with bs.Statics(net, loads={"bottom": (0.3, -20.0)}, snes_rtol=1e-13, comm=comm) as solver:
-        solver.solve()
-        found.append(solver.sensitivities(slope))
-for name in found[0]:
-    assert abs(found[0][name] - found[1][name]).max() < 1e-9 * abs(found[1][name]).max(), name
+from cases import bent_cell, sheet, strip
+for net, count, options in ((sheet(), 2, dict(loads={"bottom": (0.3, -20.0)})), (strip(), 6, dict(loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax")),
+                            (bent_cell(), 4, dict(bs_box_strain="xy=velocity:0.05"))):
+    net = bs.Lattice(**net)
+    slope = np.random.default_rng(5).standard_normal(net.x.shape)
+    found = []
+    for comm in (MPI.COMM_WORLD, MPI.COMM_SELF):
+        with bs.Statics(net, snes_rtol=1e-13, comm=comm, **options) as solver:
+            solver.solve()
+            found.append(solver.sensitivities(slope))
+    assert len(found[0]) == count, found[0].keys()
+    for name in found[0]:
+        assert abs(found[0][name] - found[1][name]).max() < 1e-9 * abs(found[1][name]).max(), name
 '''
 
 
@@ -71,8 +74,10 @@ def sensitivities():
     weak = dict(loads={"bottom": (0.3, -2.0)}, load_steps=4)
     assert differences(laws, both, **weak) < 1e-7 and differences(laws, ("stiffness_2", "stiffness_3"), step=1e-2, **weak) < 1e-5
     assert differences(bs.Lattice(**cell(), fixed=[0]), both, bs_box_strain="xy=velocity:0.05") < 1e-7
-    strip = parts()
-    assert differences(bs.Lattice(**strip), both, loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax") < 1e-6
+    hung = dict(loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax")
+    bends = ("angle_stiffness", "angle_rest_angle", "hinge_stiffness", "hinge_rest_angle")
+    assert differences(bs.Lattice(**strip()), both, **hung) < 1e-6 and differences(bs.Lattice(**strip()), bends, rows=2, **hung) < 1e-6
+    assert differences(bs.Lattice(**bent_cell()), (*both, *bends[:2]), bs_box_strain="xy=velocity:0.05") < 1e-6
     with bs.Statics(bs.Lattice(**cell())) as solver:
         solver.solve()
         with raised(bs.InputError, "tied to nothing"):
@@ -82,6 +87,33 @@ def sensitivities():
         solver.solve()
         with raised(bs.InputError, "symmetric"):
             solver.sensitivities(np.zeros((42, 2)))
+
+
+def bent():
+    """Two bars, of which the first is held: the second, under a force F across it at its end, turns by phi where kappa (phi - phi_0) = -F cos(phi); then
+    dphi/dphi_0 = kappa/(kappa - F sin(phi)) and dphi/dkappa = (phi_0 - phi)/(kappa - F sin(phi)). What is out of its range is refused, and what was before stays."""
+    kappa, rest, F = 3.0, 0.4, 1.7
+    net = bs.Lattice([[0.0, 0], [1, 0], [2, 0]], [[1, 2]], stiffness=1e6, rest_length=1.0, fixed=[0, 1], groups={"end": [2]},
+                     angles={"triples": [[0, 1, 2]], "stiffness": kappa, "rest_angle": np.pi + rest})
+    with bs.Statics(net, loads={"end": (0, -F)}, snes_rtol=1e-13) as solver:
+        for kappa, rest in ((3.0, 0.4), (2.0, 0.4), (2.0, -0.1)):
+            solver.change(angle_stiffness=kappa, angle_rest_angle=[np.pi + rest])
+            x, y = solver.solve().x[2] - [1, 0]
+            phi, slope = np.arctan2(y, x), np.zeros((3, 2))
+            assert abs(kappa * (phi - rest) + F * np.hypot(x, y) * np.cos(phi)) < 1e-11, (kappa, rest, phi)
+            slope[2] = -y, x  # of phi, where the bar is 1 long; it gives 1e-6
+            found = solver.sensitivities(slope)
+            assert abs(found["angle_rest_angle"][0] - kappa / (kappa - F * np.sin(phi))) < 1e-5, found
+            assert abs(found["angle_stiffness"][0] - (rest - phi) / (kappa - F * np.sin(phi))) < 1e-5, found
+        assert solver.lattice.angles["stiffness"][0] == 2 and solver.lattice.angles["rest_angle"][0] == np.pi - 0.1
+        for wrong, words in ((dict(angle_stiffness=-1.0), ("angle spring 0", "angle_stiffness -1", "finite number >= 0")), (dict(angle_rest_angle=7.0), ("between 0 and 2 pi",)),
+                             (dict(angle_stiffness=[1.0, 2.0]), ("angle_stiffness",)), (dict(hinge_stiffness=1.0), ("hinge_stiffness", "angle_stiffness"))):
+            with raised(bs.InputError, *words):
+                solver.change(**wrong)
+        again = solver.solve(afresh=True).x[2] - [1, 0]
+        assert abs(again - [x, y]).max() < 1e-9
+        fresh = bs.statics(solver.lattice, loads={"end": (0, -F)}, snes_rtol=1e-13).x[2] - [1, 0]
+        assert abs(fresh - [x, y]).max() < 1e-9
 
 
 def designed():

@@ -57,13 +57,15 @@ for net, kind, dt in ((torn, "verlet", 2e-3), (torn, "beuler", 1e-2), (bs.Lattic
             first = of.forces
             of.step(6)
             frame, numbers = of.frame(), [of.lattice.stiffness, of.lattice.damping]
+            for bends in filter(None, (of.lattice.angles, of.lattice.hinges)): numbers += [bends["stiffness"], bends["rest_angle"]]
             flags = [frame["fields"][name] for name in sorted(frame["fields"]) if "broken" in name or "plastic" in name]
             return [of.t, first, of.x, of.v, of.forces, of.observables["total_energy"], of.events.spring, of.events.time, *flags, *numbers]
         states, broken = [], []
         for k in range(4):
             states.append(simulation.save())
             broken.append([int(simulation.frame()["fields"][name].sum()) for name in sorted(simulation.frame()["fields"]) if "broken" in name])
-            if k in (1, 2): simulation.change(stiffness=net.stiffness * (1 + k / 10), damping=0.05 * k)
+            bends = dict(angle_stiffness=0.5 + k / 10, angle_rest_angle=[np.pi, 3 - k / 20], hinge_stiffness=0.2 * k, hinge_rest_angle=k / 10) if net.angles else {}
+            if k in (1, 2): simulation.change(stiffness=net.stiffness * (1 + k / 10), damping=0.05 * k, **bends)
             simulation.step(30)
         assert broken[0] == [0] * len(broken[0]) and all(last > 0 for last in broken[-1]), broken
         expected = [goes_on(state, bs.Simulation(net, **options)) for state in states]

@@ -9,6 +9,7 @@
 //   force<d>(x, p, f)               on every end, (ends, d)
 //   tangent<d, positive>(x, p, K)   df_a/dx_b for all pairs of ends, (ends d, ends d); positive: such that -K is semidefinite
 //   energy_beyond_slope<d>(x, dx, p)  E(x + dx) - E(x) + f.dx, free of cancellation
+//   force_change<d>(x, p, of, f)    df/dp[of] on every end, (ends, d); may be absent: equilibria then have no sensitivities to its numbers
 //   change<d>(x, p, &moment)        theta - theta_0 [rad] and dE/dtheta [N m], where the schema `turns`: such interactions can break
 //   rates<d>(x, p, rate)            sizes of -df_a/dx_a [N/m], for estimates of rounding errors
 //

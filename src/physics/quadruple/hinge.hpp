@@ -74,10 +74,13 @@ struct Hinge {
   template <int d>
   static void force(const double* const* x, const double* p, double* f) noexcept {
     const Geometry g(x);
-    double slope[12];
-    g.gradient(slope);
-    const double moment = p[0] * (g.theta() - p[1]);
-    for (int k = 0; k < ends * d; ++k) f[k] = -moment * slope[k];
+    g.exert(p[0] * (g.theta() - p[1]), ends * d, f);
+  }
+  /// The same of df/dp[of]: that of the moment, theta - theta_0 by k and -k by theta_0.
+  template <int d>
+  static void force_change(const double* const* x, const double* p, int of, double* f) noexcept {
+    const Geometry g(x);
+    g.exert(of == 0 ? g.theta() - p[1] : -p[0], ends * d, f);
   }
 
   /// K = -(k grad theta grad theta' + k (theta - theta_0) H): (ends d, ends d) row-major, overwritten. `positive`: -K positive semidefinite, without
@@ -186,6 +189,12 @@ struct Hinge {
         by_e[c] = -(t[0] * by_u[0][c] + t[1] * by_u[1][c]);
       }
       to_ends(by_e, by_u, out);
+    }
+    /// f = -moment dtheta/dx, `count` numbers
+    void exert(double moment, int count, double* f) const noexcept {
+      double slope[12];
+      gradient(slope);
+      for (int k = 0; k < count; ++k) f[k] = -moment * slope[k];
     }
     // The gradient's derivative along z, with dn_1 = de x u_1 + e x du_1, dn_2 = du_2 x e + u_2 x de,
     //   d(l m_i) = (e.de/l) m_i + l (dn_i - 2 m_i n_i.dn_i)/|n_i|^2,   dt_i = (e.du_i + u_i.de - 2 t_i e.de)/l^2

@@ -73,12 +73,13 @@ struct AngleSpring {
   template <int d>
   static void force(const double* const* x, const double* p, double* f) noexcept {
     const Geometry<d> g(x);
-    const double moment = p[0] * g.deviation(p);
-    for (int c = 0; c < d; ++c) {
-      f[c] = moment / g.la * g.pa[c];
-      f[2 * d + c] = -moment / g.lb * g.pb[c];
-      f[d + c] = -f[c] - f[2 * d + c];
-    }
+    exert(g, p[0] * g.deviation(p), f);
+  }
+  /// The same of df/dp[of]: that of the moment, theta - theta_0 by kappa and -kappa by theta_0.
+  template <int d>
+  static void force_change(const double* const* x, const double* p, int of, double* f) noexcept {
+    const Geometry<d> g(x);
+    exert(g, of == 0 ? g.deviation(p) : -p[0], f);
   }
 
   // Second derivatives of E by the arms, with p_a, p_b normal to the arms in their plane (dtheta/da = -p_a/|a|,
@@ -127,6 +128,17 @@ struct AngleSpring {
   }
 
  private:
+  template <int d>
+  struct Geometry;
+  /// f_k = -moment dtheta/dx_k
+  template <int d>
+  static void exert(const Geometry<d>& g, double moment, double* f) noexcept {
+    for (int c = 0; c < d; ++c) {
+      f[c] = moment / g.la * g.pa[c];
+      f[2 * d + c] = -moment / g.lb * g.pb[c];
+      f[d + c] = -f[c] - f[2 * d + c];
+    }
+  }
   template <int d>
   static void cross(const double* a, const double* b, double* out) noexcept {
     if constexpr (d == 2) {

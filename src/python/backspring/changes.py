@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any, Dict, Optional, Tuple, Type, Union
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,25 +14,30 @@ from .analyses import _asked
 from .arguments import array_of, mask_of, numbers_in
 from .errors import InputError
 from .kinds import Comm, Floats, GivenForces, Loads, Option, Shared, Whole
-from .lattice import Lattice
+from .lattice import INTERACTIONS, Lattice
 from .results import Equilibrium
 
 if TYPE_CHECKING:
     from ._core import Session
 
 
+def of_interactions(lattice: Lattice, kind: str) -> List[Tuple[str, str]]:
+    """Of the numbers that angle springs or hinges (`kind`: their group) take: the name in the group, and that by which they are changed."""
+    return [(of, f"{kind[:-1]}_{of}") for of in ("stiffness", "rest_angle")] if getattr(lattice, kind) else []
+
+
 def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, numbers: Any) -> Lattice:
     """The lattice as it is after numbers of its springs or particles were given anew to `session`. Raises InputError, and then none is changed."""
-    names = ("stiffness", "rest_length", "damping", "mass", *lattice.spring_columns)
+    counts = {name: len(lattice.pairs) for name in ("stiffness", "rest_length", "damping", *lattice.spring_columns)}
+    counts.update({"mass": len(lattice)}, **{name: len(getattr(lattice, kind)[of]) for kind in INTERACTIONS for of, name in of_interactions(lattice, kind)})
 
     def checked() -> Tuple[Whole, Dict[str, Floats]]:
-        springs = len(lattice.pairs)
         for name in numbers:
-            if name not in names:
-                raise InputError(f"{name!r} cannot be changed: give {', '.join(names)} or remove")
+            if name not in counts:
+                raise InputError(f"{name!r} cannot be changed: give {', '.join(counts)} or remove")
         order = sorted(numbers, key=lambda name: bool(name == "rest_length"))  # last: what is the initial distance could not be given back
-        given = {name: numbers_in(name, numbers[name], len(lattice) if name == "mass" else springs) for name in order}
-        return np.flatnonzero(mask_of("remove", remove, springs, "springs")), given
+        given = {name: numbers_in(name, numbers[name], counts[name]) for name in order}
+        return np.flatnonzero(mask_of("remove", remove, len(lattice.pairs), "springs")), given
 
     gone, given = on_all(comm, checked)
     require_same(comm, {"remove": gone, **given})
@@ -55,6 +60,9 @@ def numbered(session: Session, lattice: Lattice, lengths: bool = False) -> Latti
     if now.rest_length is not None or lengths:
         now.rest_length = session.numbers("rest_length")
     now.spring_columns = {name: session.numbers(name) for name in lattice.spring_columns}
+    for kind in INTERACTIONS:
+        changed = {of: session.numbers(name) for of, name in of_interactions(lattice, kind)}
+        setattr(now, kind, {**getattr(lattice, kind), **changed} if changed else None)
     return now
 
 
@@ -83,7 +91,7 @@ class Statics(InProcess):
 
     def change(self, *, remove: ArrayLike = (), **numbers: ArrayLike) -> None:
         """Numbers from now on, (S,) or one number: stiffness [N/m], rest_length [m], damping [kg/s], or what the springs' law takes; mass, (N,) or one
-        number [kg]. remove: springs, rows or a mask (S,), that exert no force any more, whatever numbers they are given later."""
+        number [kg]; angle_stiffness, hinge_stiffness [N m/rad^2], angle_rest_angle, hinge_rest_angle [rad], one of each. remove: springs, rows or a mask (S,), that exert no force any more, whatever numbers they are given later."""
         self._require_open()
         self.lattice = change(self._session, self.lattice, self._comm, remove, numbers)
 
@@ -103,8 +111,8 @@ class Statics(InProcess):
         return state
 
     def sensitivities(self, slope: ArrayLike) -> Dict[str, Floats]:
-        """What a quantity J of the last equilibrium, a function of its positions, changes by with each spring's numbers as the equilibrium follows:
-        {"stiffness": dJ/dk, "rest_length": dJ/dL, ...}, (S,) each, by one linear solve. slope: (N, d) dJ/dx at the equilibrium, 0 where J does not depend
+        """What a quantity J of the last equilibrium, a function of its positions, changes by with the numbers of each spring, angle spring and hinge as the
+        equilibrium follows: {"stiffness": dJ/dk, "rest_length": dJ/dL, ..., "hinge_rest_angle": dJ/dtheta_0}, one of each, by one linear solve. slope: (N, d) dJ/dx at the equilibrium, 0 where J does not depend
         on a position; where J depends on the numbers themselves, too, that is to be added. Histories of springs are taken as they are.
 
             target = eq.x[tip] - wanted                     # J = |x_tip - wanted|^2 / 2

@@ -100,7 +100,7 @@ bool CallbackForces::move_to(double t, const LocalState& state, Evaluation* aske
   asked->v.resize(asked_.size() * d);
   for (std::size_t k = 0; k < asked_.size(); ++k) {
     const double* const at = state.at(asked_[k]);
-    same = same && std::equal(at, at + d, &asked->x[k * d]) && std::equal(at + d, at + 2 * d, &asked->v[k * d]);
+    same = same && std::equal(at, at + d, &asked->x[k * d]) && std::equal(&asked->v[k * d], &asked->v[k * d] + d, at + d);
     std::copy_n(at, d, &asked->x[k * d]);
     std::copy_n(at + d, d, &asked->v[k * d]);
   }

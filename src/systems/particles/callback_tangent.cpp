@@ -2,6 +2,7 @@
 #include <petscblaslapack.h>
 #include <algorithm>
 #include <cmath>
+#include "systems/layout.hpp"
 #include "systems/particles/callback_forces.hpp"
 
 namespace bs {
@@ -75,12 +76,13 @@ void CallbackForces::add_row(PetscInt i, double t, const LocalState& state, doub
   if (!callback_.tangent || net_->fixed[static_cast<std::size_t>(i)]) return;
   const Evaluation& own = tangents(t, state);
   const PetscInt d = net_->dim;
+  const Layout at{d};
   const std::size_t area = static_cast<std::size_t>(d * d);
-  subtract(d, &own.K[place(i) * area], &own.D[place(i) * area], width, panel + pattern_->self(i) * 2 * d);
+  subtract(d, &own.K[place(i) * area], &own.D[place(i) * area], width, panel + at.x(pattern_->self(i)));
   const auto [first, last] = influences_on(i);
   for (const Influence* one = first; one != last; ++one)
     if (one->pair != NONE)
-      subtract(d, &own.K_between[one->pair * area], &own.D_between[one->pair * area], width, panel + pattern_->slot(one->link) * 2 * d);
+      subtract(d, &own.K_between[one->pair * area], &own.D_between[one->pair * area], width, panel + at.x(pattern_->slot(one->link)));
 }
 
 void CallbackForces::join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const {

@@ -3,6 +3,7 @@
 #include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/options.hpp"
+#include "systems/layout.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
@@ -131,7 +132,8 @@ std::string Coupling::describe() const {
 // J = P + U W^T, one column per direction k:
 // U: m_i (momentum) or m_i/M_i (velocity) at v_i of selected i;  W: value m_j/S^2 at x_j, damping m_j/S^2 at v_j, -value/S at x_C
 PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentum, Mat* A) const {
-  const PetscInt d = net.dim, bs = 2 * d;
+  const PetscInt d = net.dim;
+  const Layout at{d, net.n};
   PetscFunctionBegin;
   if (!mass_.active() || dense_) {
     PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(P)));
@@ -139,12 +141,12 @@ PetscErrorCode Coupling::create_operator(const Network& net, Mat P, bool momentu
     PetscFunctionReturn(0);
   }
   MatHandle U, W;
-  for (MatHandle* M : {&U, &W}) PetscCall(MatCreateDense(net.comm, net.n * bs, PETSC_DECIDE, PETSC_DETERMINE, d, nullptr, M->out()));
+  for (MatHandle* M : {&U, &W}) PetscCall(MatCreateDense(net.comm, at.x(net.n), PETSC_DECIDE, PETSC_DETERMINE, d, nullptr, M->out()));
   for (PetscInt i = 0; i < net.n; ++i) {
     const int held = net.constraints->held(i);
     for (PetscInt k = 0; k < d; ++k) {
       if (held >> k & 1) continue;
-      const PetscInt x = net.global[i] * bs + k, v = x + d;
+      const PetscInt x = at.x(net.global[i], k), v = at.v(net.global[i], k);
       if (selected_[i]) {
         PetscCall(MatSetValue(U, v, k, momentum ? net.mass[i] : net.mass[i] / net.inertia[i], INSERT_VALUES));
         PetscCall(MatSetValue(W, x, k, mass_.value * net.mass[i] / (S_ * S_), INSERT_VALUES));

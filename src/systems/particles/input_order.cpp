@@ -5,21 +5,23 @@
 #include <utility>
 #include "base/collective.hpp"
 #include "base/vec_array.hpp"
+#include "systems/layout.hpp"
 
 namespace bs {
 namespace {
 
-/// Calls copy(d, place in a state, place in positions and velocities) for every one of `own`, particles of rows [begin, end), that is not -1.
+/// Calls copy(layout, particle, place in positions and velocities) for every one of `own`, particles of rows [begin, end), that is not -1.
 /// Neighbours in the input lie in many places of the state, which are fetched some rows ahead.
 template <class Copy>
 void for_rows(const std::vector<PetscInt>& own, std::size_t begin, std::size_t end, int dim, const double* state, Copy&& copy) {
   constexpr std::size_t AHEAD = 32;
   const auto loop = [&](auto d) {
     for (std::size_t row = begin; row < end; ++row) {
-      const double* later = state + static_cast<std::size_t>(std::max<PetscInt>(own[std::min(row + AHEAD, own.size() - 1)], 0)) * 2 * d;
+      constexpr Layout at{decltype(d)::value};
+      const double* later = at.of(state, std::max<PetscInt>(own[std::min(row + AHEAD, own.size() - 1)], 0));
       __builtin_prefetch(later);
-      __builtin_prefetch(later + 2 * d - 1);
-      if (own[row] >= 0) copy(d, static_cast<std::size_t>(own[row]) * 2 * d, row * d);
+      __builtin_prefetch(later + at.block() - 1);
+      if (own[row] >= 0) copy(at, own[row], row * d);
     }
   };
   if (dim == 1) loop(std::integral_constant<int, 1>());
@@ -95,9 +97,10 @@ PetscErrorCode InputOrder::copy(Vec y, PetscInt first, PetscInt count, double* x
   PetscFunctionBegin;
   const ReadArray ay(y);
   const auto begin = static_cast<std::size_t>(first);
-  for_rows(own_, begin, begin + static_cast<std::size_t>(count), net_->dim, ay, [&](auto d, std::size_t from, std::size_t to) {
-    std::memcpy(x + (to - begin * d), ay + from, sizeof(double) * d);
-    std::memcpy(v + (to - begin * d), ay + from + d, sizeof(double) * d);
+  for_rows(own_, begin, begin + static_cast<std::size_t>(count), net_->dim, ay, [&](auto at, PetscInt from, std::size_t to) {
+    const double* state = at.of(ay.data(), from);
+    std::memcpy(x + (to - begin * at.dim), state, sizeof(double) * at.dim);
+    std::memcpy(v + (to - begin * at.dim), state + at.v(0), sizeof(double) * at.dim);
   });
   PetscFunctionReturn(0);
 }
@@ -132,9 +135,10 @@ PetscErrorCode InputOrder::to_state(Vec y) {
   const WriteArray ay(y);
   const ReadArray ax(position_);
   const ReadArray av(velocity_);
-  for_rows(own_, 0, own_.size(), net_->dim, ay, [&](auto d, std::size_t to, std::size_t from) {
-    std::memcpy(ay + to, ax + from, sizeof(double) * d);
-    std::memcpy(ay + to + d, av + from, sizeof(double) * d);
+  for_rows(own_, 0, own_.size(), net_->dim, ay, [&](auto at, PetscInt to, std::size_t from) {
+    double* state = at.of(ay.data(), to);
+    std::memcpy(state, ax + from, sizeof(double) * at.dim);
+    std::memcpy(state + at.v(0), av + from, sizeof(double) * at.dim);
   });
   PetscFunctionReturn(0);
 }

@@ -173,12 +173,12 @@ std::vector<std::pair<std::string, std::string>> root_attributes(const Lattice& 
 }
 
 void add_to_fingerprint(const Lattice& lattice, RowSum* sum) {
-  constexpr std::uint64_t FIRST = 32, SHIFTS = 128, LIMITS = 256;  // tables below are the springs' and particles'
+  constexpr std::uint64_t SHIFTS = 128, LIMITS = 256;
   for (std::size_t kind = 0; kind < lattice.interactions.size(); ++kind) {
     const InteractionSchema& schema = interaction_schemas()[kind];
     const InteractionRows& from = lattice.interactions[kind];
-    sum->add(FIRST + 2 * kind, from.rows.first, schema.ends, from.ends);
-    sum->add(FIRST + 2 * kind + 1, from.rows.first, static_cast<int>(schema.parameters.size()), from.parameter);
+    sum->add(INTERACTION_TABLES + 2 * kind, from.rows.first, schema.ends, from.ends);
+    sum->add(INTERACTION_TABLES + 2 * kind + 1, from.rows.first, static_cast<int>(schema.parameters.size()), from.parameter);
     sum->add(SHIFTS + kind, from.rows.first, schema.ends * lattice.dim, from.shift);
     for (const Column& column : from.break_columns) {
       std::uint64_t c = 0;

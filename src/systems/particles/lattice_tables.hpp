@@ -34,8 +34,11 @@ inline std::uint64_t table_of(const std::string& name) {
   return table;
 }
 
-/// Of numbers of springs and of masses.
+inline constexpr std::uint64_t INTERACTION_TABLES = 32;  ///< two of each kind, its ends and its numbers; those below are of springs and particles
+
+/// Of numbers that may be given anew (lattice/lattice.hpp).
 inline std::uint64_t numbers_table(const std::string& name) {
+  if (const int kind = interaction_number(name).kind; kind >= 0) return INTERACTION_TABLES + 2 * static_cast<std::uint64_t>(kind) + 1;
   return name == "mass" ? 2 : name == "stiffness" ? 6 : name == "rest_length" ? 7 : name == "damping" ? 8 : 1000 + table_of(name);
 }
 

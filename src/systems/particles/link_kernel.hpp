@@ -5,6 +5,7 @@
 #include "network/network.hpp"
 #include "physics/pair/springs/mixed.hpp"
 #include "physics/whole/motion.hpp"
+#include "systems/layout.hpp"
 
 namespace bs {
 
@@ -53,7 +54,7 @@ struct AnchorShift {
 /// Position and velocity of the point of an anchor.
 template <int d>
 struct AnchorEnd {
-  double y[2 * d];
+  double y[Layout{d}.block()];
   AnchorEnd(const AnchorShift<d>& shift, const Anchors& anchors, PetscInt k) {
     for (int c = 0; c < d; ++c) {
       y[c] = anchors.point[k * 3 + c] + shift.s[c];

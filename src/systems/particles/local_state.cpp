@@ -4,6 +4,7 @@
 #include "base/collective.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
+#include "systems/layout.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 
 namespace bs {
@@ -25,7 +26,7 @@ PetscErrorCode velocities_couple(const Network& net, bool* yes) {
 PetscErrorCode LocalState::create(const Network& net, Vec layout) {
   PetscFunctionBegin;
   net_ = &net;
-  width_ = 2 * static_cast<std::size_t>(net.dim);
+  width_ = static_cast<std::size_t>(Layout{net.dim}.block());
   values_.assign(static_cast<std::size_t>(net.n + net.ghosts) * width_, 0.0);
   const PetscInt bs = static_cast<PetscInt>(width_);
   // the scatter writes straight behind the owned states

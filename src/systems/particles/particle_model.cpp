@@ -154,21 +154,18 @@ PetscErrorCode ParticleModel::check_laws() const {
 }
 
 PetscErrorCode ParticleModel::create_state() {
-  const PetscInt d = net_.dim, bs = 2 * d;
-  PetscScalar* ay = nullptr;
+  const PetscInt d = net_.dim;
   PetscFunctionBegin;
-  PetscCall(create_vec(net_.comm, net_.n, bs, y0_.out()));
-  PetscCall(VecGetArray(y0_, &ay));
-  for (PetscInt i = 0; i < net_.n; ++i)
-    for (PetscInt c = 0; c < d; ++c) {
-      ay[i * bs + c] = net_.held[i * d + c];
-      ay[i * bs + d + c] = net_.velocity[i * d + c];
-    }
-  PetscCall(VecRestoreArray(y0_, &ay));
+  layout_ = {d, net_.n};
+  PetscCall(create_vec(net_.comm, net_.n, layout_.block(), y0_.out()));
+  const WriteArray ay(y0_);
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    std::copy_n(&net_.held[i * d], d, &ay[layout_.x(i)]);
+    std::copy_n(&net_.velocity[i * d], d, &ay[layout_.v(i)]);
+  }
   PetscCall(add_flow(y0_));
   PetscCall(constraints_.stop(y0_));
   PetscCall(state_.create(net_, y0_));
-  layout_ = {d, net_.n};
   PetscFunctionReturn(0);
 }
 

@@ -122,7 +122,6 @@ class ParticleModel final : public Mechanics {
   Layout layout_;
   LocalState state_;
   SpringFields springs_;
-  Sensitivities sensitivities_;
   ParticleStress stress_;
   bool loads_ = false;  ///< the evaluations that follow are of statics, whose time is the load factor
   FreeBodies free_bodies_;

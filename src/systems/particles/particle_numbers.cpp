@@ -1,4 +1,4 @@
-// Numbers of springs and particles that are given anew while the system lives.
+// Numbers of springs, particles and interactions that are given anew while the system lives.
 #include <algorithm>
 #include "base/collective.hpp"
 #include "base/error.hpp"
@@ -46,7 +46,8 @@ void ParticleModel::find_roomless() {
 
 PetscErrorCode ParticleModel::lacks_pattern(const std::string& name, const std::vector<double>& all, bool* yes) {
   PetscFunctionBegin;
-  const bool rates = name != "mass" && name != "rest_length" && static_cast<std::int64_t>(all.size()) == net_.springs_total;
+  const bool springs = name != "mass" && interaction_number(name).kind < 0;
+  const bool rates = springs && name != "rest_length" && static_cast<std::int64_t>(all.size()) == net_.springs_total;
   const auto acts = [&](PetscInt e) { return all[static_cast<std::size_t>(net_.links.spring[e])] != 0; };
   PetscCall(on_some_rank(net_.comm, rates && std::any_of(roomless_.begin(), roomless_.end(), acts), yes));
   PetscFunctionReturn(0);
@@ -54,7 +55,9 @@ PetscErrorCode ParticleModel::lacks_pattern(const std::string& name, const std::
 
 PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::vector<double>& all) {
   PetscFunctionBegin;
-  if (static_cast<std::int64_t>(all.size()) != (name == "mass" ? net_.total : net_.springs_total))
+  const InteractionNumber of = interaction_number(name);
+  InteractionTable* const table = of.kind < 0 ? nullptr : &net_.interactions[static_cast<std::size_t>(of.kind)];
+  if (static_cast<std::int64_t>(all.size()) != (table ? table->total : name == "mass" ? net_.total : net_.springs_total))
     PetscCall(fail(net_.comm, Exit::input,
                    "options have changed the lattice's springs or particles: numbers of the lattice as it was given are not theirs"));
   if (name == "mass") {
@@ -65,6 +68,9 @@ PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::ve
       net_.mass[k] = net_.inertia[k] = all[static_cast<std::size_t>(net_.row[k])];
     }
     add_mass();
+  } else if (table) {
+    const std::size_t width = table->row.empty() ? 0 : table->parameter.size() / table->row.size();
+    for (std::size_t k = 0; k < table->row.size(); ++k) table->parameter[k * width + of.place] = all[static_cast<std::size_t>(table->row[k])];
   } else {
     give_links(name, all, &net_.links);
   }
@@ -75,9 +81,9 @@ PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::ve
 }
 
 PetscErrorCode ParticleModel::numbers(const std::string& name, std::vector<double>* all) {
-  const std::vector<double>* const column = changeable_numbers(&lattice_, name);
+  const NumberColumn column = changeable_numbers(&lattice_, name);
   PetscFunctionBegin;
-  PetscCall(gather_all(net_.comm, column ? *column : std::vector<double>(), all));
+  PetscCall(gather_all(net_.comm, column ? column.values() : std::vector<double>(), all));
   PetscFunctionReturn(0);
 }
 
@@ -87,20 +93,24 @@ PetscErrorCode ParticleModel::force_changes(const std::string& name, double t, V
   PetscCall(state_.gather(t, y));
   PetscCall(direction.create(net_, y));
   PetscCall(direction.gather_direction(lambda));
-  PetscCall(sensitivities_.find(net_, lattice_.springs, *terms_, name, state_, direction, rows));
+  rows->clear();
+  for (Term* term : *terms_) PetscCall(term->force_changes(name, state_, direction, rows));
   PetscFunctionReturn(0);
 }
 
 /// In what is kept of the input, and in the fingerprint, which is a sum over tables.
 PetscErrorCode ParticleModel::note_numbers(const std::string& name, const std::vector<double>& all) {
-  const Rows& rows = name == "mass" ? lattice_.particles : lattice_.springs;
-  std::vector<double>* const column = changeable_numbers(&lattice_, name);
+  const NumberColumn column = changeable_numbers(&lattice_, name);
+  const Rows& rows = column.kind >= 0 ? lattice_.interactions[static_cast<std::size_t>(column.kind)].rows
+                     : name == "mass" ? lattice_.particles
+                                      : lattice_.springs;
   RowSum before, after;
   PetscFunctionBegin;
-  if (column && column->size() == static_cast<std::size_t>(rows.count)) {
-    before.add(numbers_table(name), rows.first, 1, *column);
-    column->assign(all.begin() + rows.first, all.begin() + rows.first + rows.count);
-    after.add(numbers_table(name), rows.first, 1, *column);
+  if (column && column.size() == static_cast<std::size_t>(rows.count)) {
+    const int width = static_cast<int>(column.width);
+    before.add(numbers_table(name), rows.first, width, *column.table);
+    column.assign({all.begin() + rows.first, all.begin() + rows.first + rows.count});
+    after.add(numbers_table(name), rows.first, width, *column.table);
   }
   std::uint64_t change = after.value() - before.value();
   PetscCall(sum_over_ranks(net_.comm, &change));

@@ -29,6 +29,7 @@ class PairForces : public Term {
   PetscErrorCode recall() final { return memory_.scatter(); }
   void keep(const Keeper& keep) final { memory_.keep(keep); }
   double dissipated() const final { return memory_.dissipated(); }
+  PetscErrorCode force_changes(const std::string& name, const LocalState& state, const LocalState& lambda, std::vector<double>* rows) final;
   Breakable* breakable() const final { return breaks_.get(); }
 
   /// Adds the force of this rank's anchors on their particles to sum[d].
@@ -65,6 +66,8 @@ class PairForces : public Term {
 
  private:
   SpringMemory memory_;
+  Rows springs_;                          ///< of this rank in the input's order
+  SpringTable numbers_;                   ///< made at first use
   std::unique_ptr<SpringBreaks> breaks_;  ///< null where no spring may break
 };
 

@@ -147,10 +147,11 @@ template <int d, class Damper>
 PetscErrorCode PairForcesOf<d, Damper>::jacobian(double t, const LocalState& state, const std::vector<Term*>& terms, double sigma, bool momentum,
                                                  RowWriter* writer) const {
   const AnchorShift shift(motion_, t);
-  std::vector<double> panel(static_cast<std::size_t>(pattern_.widest() * 2 * d * d));
+  constexpr Layout at{d};
+  std::vector<double> panel(static_cast<std::size_t>(at.x(pattern_.widest()) * d));
   PetscFunctionBegin;
   for (PetscInt i = 0; i < net_.n; ++i) {
-    const PetscInt width = pattern_.count(i) * 2 * d;
+    const PetscInt width = at.x(pattern_.count(i));
     std::fill_n(panel.begin(), width * d, 0.0);
     if (!net_.fixed[i]) {
       add_tangents(i, t, state, shift, panel.data(), width);
@@ -159,7 +160,7 @@ PetscErrorCode PairForcesOf<d, Damper>::jacobian(double t, const LocalState& sta
     const double scale = momentum ? 1.0 : 1.0 / net_.inertia[i];
     if (!momentum)
       for (PetscInt k = 0; k < width * d; ++k) panel[k] *= scale;
-    for (int k = 0; k < d; ++k) panel[k * width + pattern_.self(i) * 2 * d + d + k] += sigma * (momentum ? net_.inertia[i] : 1.0);
+    for (int k = 0; k < d; ++k) panel[k * width + at.v(pattern_.self(i), k)] += sigma * (momentum ? net_.inertia[i] : 1.0);
     PetscCall(writer->write(i, sigma, momentum ? net_.inertia[i] : 1.0, panel.data()));
   }
   PetscFunctionReturn(0);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include "linalg/lanes.hpp"
 #include "network/network.hpp"
+#include "systems/layout.hpp"
 
 namespace bs {
 
@@ -20,7 +21,7 @@ inline void for_plain_links(const Links& links, PetscInt i, const double* y, con
   for (PetscInt begin = links.start[i]; begin < end; begin += CHUNK) {
     const PetscInt count = std::min(CHUNK, end - begin);
     for (PetscInt k = 0; k < count; ++k) {
-      const double* end_state = states + static_cast<std::size_t>(other[begin + k]) * 2 * d;
+      const double* end_state = Layout{d}.of(states, other[begin + k]);
       double dx[d], square = 0;
       for (int c = 0; c < d; ++c) {
         dx[c] = y[c] - end_state[c];
@@ -39,7 +40,7 @@ inline void add_four(const PetscInt* other, Link&& link, int count, lanes::Vecto
                      const double* states, lanes::Vector<3>* sum, double* energy) {
   using Four = lanes::Vector<3>;
   Four dx[4], l;
-  for (int k = 0; k < 4; ++k) dx[k] = here - lanes::load<3>(states + static_cast<std::size_t>(other[link(k)]) * 6);
+  for (int k = 0; k < 4; ++k) dx[k] = here - lanes::load<3>(Layout{3}.of(states, other[link(k)]));
   const Four a = __builtin_shufflevector(dx[0], dx[1], 0, 4, 2, 6), b = __builtin_shufflevector(dx[2], dx[3], 0, 4, 2, 6);
   const Four c = __builtin_shufflevector(dx[0], dx[1], 1, 5, 3, 7), e = __builtin_shufflevector(dx[2], dx[3], 1, 5, 3, 7);
   const Four x = __builtin_shufflevector(a, b, 0, 1, 4, 5), y = __builtin_shufflevector(c, e, 0, 1, 4, 5),
@@ -127,12 +128,12 @@ inline bool add_plain_links(const Links& links, PetscInt i, const double* y, con
 template <int d, class Spring>
 inline double plain_beyond_slope(const Links& links, PetscInt i, const double* y, const double* states, const double* lines, double lambda) {
   const double *stiffness = links.stiffness.data(), *rest_length = links.rest_length.data();
-  const double* z = lines + static_cast<std::size_t>(i) * 2 * d;
+  const double* z = Layout{d}.of(lines, i);
   double part[32], sum = 0;
   for_plain_links<d>(
       links, i, y, states,
       [&](PetscInt k, PetscInt e, double before, const double* dx) {
-        const double* end_line = lines + static_cast<std::size_t>(links.other[e]) * 2 * d;
+        const double* end_line = Layout{d}.of(lines, links.other[e]);
         double square = 0, along = 0, after = 0;
         for (int c = 0; c < d; ++c) {
           const double dd = lambda * (z[c] - end_line[c]), there = dx[c] + dd;

@@ -47,7 +47,7 @@ double RowPattern::jacobian_bytes(int dim) const {
 }
 
 PetscErrorCode RowPattern::preallocate(const Network& net, Mat A) const {
-  const PetscInt d = net.dim, bs = 2 * d;
+  const PetscInt d = net.dim, bs = Layout{d}.block();
   PetscFunctionBegin;
   std::vector<PetscInt> own(static_cast<std::size_t>(net.n) * bs, 2), other(own.size(), 0), own_blocks, other_blocks;
   for (PetscInt i = 0; i < net.n; ++i) {
@@ -68,7 +68,7 @@ PetscErrorCode RowPattern::preallocate(const Network& net, Mat A) const {
 }
 
 PetscErrorCode RowPattern::create_matrix(const Network& net, Mat* out) const {
-  const PetscInt bs = 2 * net.dim;
+  const PetscInt bs = Layout{net.dim}.block();
   PetscFunctionBegin;
   PetscCall(check_type(net.comm));
   PetscCall(MatCreate(net.comm, out));
@@ -193,15 +193,15 @@ PetscErrorCode RowWriter::begin(Mat A) {
 }
 
 PetscErrorCode RowWriter::write(PetscInt i, double sigma, double scale, const double* panel) {
-  const PetscInt d = net_.dim;
+  const PetscInt d = net_.dim, bs = Layout{d}.block();
   PetscFunctionBegin;
-  panel = complete_rows(net_, pattern_, i, 2 * net_.dim, blocks_, sigma * scale, panel, &sum_);
+  panel = complete_rows(net_, pattern_, i, bs, blocks_, sigma * scale, panel, &sum_);
   if (arrays_) {
     for (PetscInt k = 0; k < d; ++k) {
       *diagonal_at_++ = scale * sigma;
       *diagonal_at_++ = -scale;
     }
-    write_aij(i, 2 * d, panel);
+    write_aij(i, bs, panel);
   } else {
     PetscCall(write_generic(i, sigma, scale, panel));
   }
@@ -245,12 +245,13 @@ void RowWriter::write_blocks(PetscInt i, PetscInt from, const double* panel) {
 
 /// Of the Jacobian, whose x rows do not have all columns of a block.
 PetscErrorCode RowWriter::write_generic(PetscInt i, double sigma, double scale, const double* panel) {
-  const PetscInt d = net_.dim, bs = 2 * d, g = net_.global[i] * bs, width = pattern_.count(i) * bs;
+  const PetscInt d = net_.dim, bs = Layout{d}.block(), width = pattern_.count(i) * bs;
+  const Layout at{d};
   std::vector<PetscInt> columns;
   PetscFunctionBegin;
   for (PetscInt k = 0; k < width; ++k) columns.push_back(pattern_.columns(i)[k / bs] * bs + k % bs);
   for (PetscInt k = 0; k < d; ++k) {
-    const PetscInt x_row = g + k, x_columns[2] = {g + k, g + d + k}, v_row = g + d + k;
+    const PetscInt x_row = at.x(net_.global[i], k), v_row = at.v(net_.global[i], k), x_columns[2] = {x_row, v_row};
     const PetscScalar x_values[2] = {scale * sigma, -scale};
     PetscCall(MatSetValues(matrix_, 1, &x_row, 2, x_columns, x_values, INSERT_VALUES));
     PetscCall(MatSetValues(matrix_, 1, &v_row, width, columns.data(), panel + k * width, INSERT_VALUES));

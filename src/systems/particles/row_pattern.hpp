@@ -5,6 +5,7 @@
 #include "linalg/condensed/tangent.hpp"
 #include "linalg/sparse_blocks.hpp"
 #include "network/network.hpp"
+#include "systems/layout.hpp"
 
 namespace bs {
 
@@ -48,10 +49,10 @@ class RowPattern {
 template <int d>
 inline void subtract_blocks(double* panel, PetscInt width, PetscInt slot, const double* K, const double* D) {
   for (int r = 0; r < d; ++r) {
-    double* row = panel + r * width + slot * 2 * d;
-    for (int c = 0; c < d; ++c) row[c] -= K[r * d + c];
+    double *by_x = panel + r * width + Layout{d}.x(slot), *by_v = panel + r * width + Layout{d}.v(slot);
+    for (int c = 0; c < d; ++c) by_x[c] -= K[r * d + c];
     if (D)
-      for (int c = 0; c < d; ++c) row[d + c] -= D[r * d + c];
+      for (int c = 0; c < d; ++c) by_v[c] -= D[r * d + c];
   }
 }
 

@@ -1,4 +1,4 @@
-// What every spring carries, in the input's order: strain, tension and stress as fields of the trajectory. And how forces change with its numbers.
+// What every spring carries, in the input's order: strain, tension and stress as fields of the trajectory.
 #pragma once
 #include <string>
 #include <vector>
@@ -28,20 +28,6 @@ class SpringFields {
   bool stressed_ = false;                  ///< the lattice has cross-sections
   SpringTable table_;
   VecHandle strains_, tensions_, stresses_;
-};
-
-/// How forces change with the numbers of springs: the derivative by which an adjoint state becomes a gradient.
-class Sensitivities {
- public:
-  /// Collective. lambda . df/dp [J per unit of p] for p the number `name` (lattice/lattice.hpp) of each spring: of this rank's rows in the input's
-  /// order, 0 where a spring's law has no such number or it is broken. `state` and `lambda` are gathered, the latter as a direction; `springs`: this
-  /// rank's rows. Histories are taken as they are.
-  PetscErrorCode find(const Network& net, const Rows& springs, const Terms& terms, const std::string& name, const LocalState& state,
-                      const LocalState& lambda, std::vector<double>* out);
-
- private:
-  SpringTable table_;
-  VecHandle rows_;
 };
 
 }  // namespace bs

@@ -1,6 +1,5 @@
 #include "systems/particles/spring_memory.hpp"
 #include "physics/pair/springs/mixed.hpp"
-#include "systems/particles/physics.hpp"
 
 namespace bs {
 
@@ -85,24 +84,6 @@ double SpringMemory::dissipated() const {
 
 void SpringMemory::keep(const Keeper& keep) {
   if (active() && net_->relaxes) keep("springs/history_time", net_->links.history_time, net_->links.history_time);
-}
-
-PetscErrorCode PairForces::remember(Network& net, const Lattice& lattice, const BreakRules& rules) {
-  PetscFunctionBegin;
-  PetscCall(memory_.create(net, lattice.springs));
-  if (!rules.active(lattice)) PetscFunctionReturn(0);
-  breaks_ = std::make_unique<SpringBreaks>();
-  PetscCall(breaks_->create(net, lattice, rules, *this));
-  choose_loops();
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode PairForces::accept(const Step& step, const LocalState& state) {
-  PetscFunctionBegin;
-  if (!memory_.active()) PetscFunctionReturn(0);
-  commit(state, step.h, &memory_.net().links);
-  PetscCall(memory_.accept(step.t));
-  PetscFunctionReturn(0);
 }
 
 }  // namespace bs

@@ -112,6 +112,12 @@ class Term {
   virtual void keep(const Keeper&) {}
   /// Energy lost by what is whole [J], this rank's share.
   virtual double dissipated() const { return 0; }
+  /// Collective. What forces change by with its numbers of that name (changeable_numbers, lattice/lattice.hpp): rows = lambda . df/dp [J per unit of
+  /// p] of this rank's rows in the input's order, 0 where a law takes no such number and of what is broken; histories are taken as they are. `rows`
+  /// is left as it is where the term has no such numbers, or its law does not say. `lambda` is gathered as a direction; after remember().
+  virtual PetscErrorCode force_changes(const std::string& /* name */, const LocalState&, const LocalState& /* lambda */, std::vector<double>*) {
+    return 0;
+  }
   /// What of it may break; null: nothing.
   virtual Breakable* breakable() const { return nullptr; }
 };

@@ -5,6 +5,7 @@
 #include "base/options.hpp"
 #include "linalg/condensed/condensed.hpp"
 #include "linalg/solver_options.hpp"
+#include "systems/layout.hpp"
 #include "time/implicit/linear_reuse.hpp"
 #include "time/methods.hpp"
 
@@ -183,7 +184,7 @@ PetscErrorCode set_split_defaults(TS ts, const Model& model) {
   PetscCall(PCSetType(pc, PCFIELDSPLIT));
   PetscCall(PCFieldSplitSetDMSplits(pc, PETSC_FALSE));  // the DM that TS makes knows no fields, and PETSc crashes on that
   if (is_given("-pc_fieldsplit_block_size")) PetscFunctionReturn(0);
-  PetscCall(PCFieldSplitSetBlockSize(pc, 2 * d));
+  PetscCall(PCFieldSplitSetBlockSize(pc, Layout{d}.block()));
   PetscCall(KSPSetType(ksp, KSPFGMRES));
   PetscCall(first_on({"-pc_fieldsplit_default", "-pc_fieldsplit_detect_saddle_point", "-pc_fieldsplit_detect_coupling"}, &other_splits));
   if (!other_splits.empty() || is_given("-pc_fieldsplit_0_fields")) PetscFunctionReturn(0);

@@ -36,7 +36,7 @@ inline bool fill_four(const Links& links, const PetscInt* places, int count, lan
   Four dx[4], l, K, L, root;
   for (int k = 0; k < 4; ++k) {
     const PetscInt e = places[std::min(k, count - 1)];
-    dx[k] = here - lanes::load<3>(states + static_cast<std::size_t>(links.other[e]) * 6);
+    dx[k] = here - lanes::load<3>(Layout{3}.of(states, links.other[e]));
     K[k] = links.stiffness[e];
     L[k] = links.rest_length[e];
   }
@@ -69,7 +69,7 @@ inline bool fill_plain_pairs(const Network& net, PetscInt i, PetscInt pairs, con
   constexpr PetscInt ROOM = 64;
   PetscInt places[ROOM + 1];
   if (!list_pairs(net, i, pairs, ROOM, places)) return false;
-  const lanes::Vector<3> here = lanes::load<3>(states + static_cast<std::size_t>(i) * 6);
+  const lanes::Vector<3> here = lanes::load<3>(Layout{3}.of(states, i));
   for (PetscInt k = 0; k < pairs; k += 4)
     if (!fill_four<Spring, positive>(net.links, places + k, static_cast<int>(std::min<PetscInt>(4, pairs - k)), here, states, c, to + 4 * k)) {
       std::fill_n(to, 4 * pairs, 0.0F);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/error.hpp"
 #include "base/vec_array.hpp"
+#include "systems/layout.hpp"
 
 namespace bs {
 
@@ -127,15 +128,16 @@ double Cell::volume(double t) const {
 
 void Cell::shift_images(double t, double sign, bool velocities, double* states) const {
   double e[9], rate[9];
+  const Layout layout{dim_};
   if (images_.empty()) return;
   edges(t, e, rate);
   for (const PetscInt i : images_) {
-    double* y = states + static_cast<std::size_t>(i) * 2 * static_cast<std::size_t>(dim_);
+    double *x = layout.of(states, i), *v = x + layout.v(0);
     const int* s = net_->image.data() + static_cast<std::size_t>(i - net_->n) * static_cast<std::size_t>(dim_);
     for (int c = 0; c < dim_; ++c)
       for (int k = 0; k < dim_; ++k) {
-        y[c] += sign * s[k] * e[k * dim_ + c];
-        if (velocities) y[dim_ + c] += s[k] * rate[k * dim_ + c];
+        x[c] += sign * s[k] * e[k * dim_ + c];
+        if (velocities) v[c] += s[k] * rate[k * dim_ + c];
       }
   }
 }
@@ -175,6 +177,7 @@ PetscErrorCode Cell::reaches(double t_end) const {
 
 PetscErrorCode Cell::add_flow(Vec y) const {
   const PetscInt d = dim_;
+  const Layout at{d, net_->n};
   double L[9];
   PetscFunctionBegin;
   if (!moving()) PetscFunctionReturn(0);
@@ -182,7 +185,7 @@ PetscErrorCode Cell::add_flow(Vec y) const {
   const WriteArray ay(y);
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt r = 0; r < d && !net_->fixed[i]; ++r)
-      for (PetscInt c = 0; c < d; ++c) ay[i * 2 * d + d + r] += L[r * d + c] * ay[i * 2 * d + c];
+      for (PetscInt c = 0; c < d; ++c) ay[at.v(i, r)] += L[r * d + c] * ay[at.x(i, c)];
   PetscFunctionReturn(0);
 }
 

@@ -7,6 +7,7 @@
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "network/ghost_copies.hpp"
+#include "systems/layout.hpp"
 
 namespace bs {
 
@@ -117,19 +118,20 @@ void Constraints::for_fixed(PetscInt first, PetscInt last, Visit visit) const {
 }
 
 void Constraints::drive(double t, PetscInt first, PetscInt last, double* states) const {
-  const std::size_t d = static_cast<std::size_t>(net_->dim);
+  const Layout layout{net_->dim};
   for_holds(first, last, [&](const Hold& hold) {
-    double* state = states + static_cast<std::size_t>(hold.particle) * 2 * d;
-    at(hold, t, state, state + d, nullptr);
+    double* state = layout.of(states, hold.particle);
+    at(hold, t, state, state + layout.v(0), nullptr);
   });
 }
 
 void Constraints::place(double t, PetscInt first, PetscInt last, double* states) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
+  const Layout layout{net_->dim};
   for_fixed(first, last, [&](std::size_t i) {
-    double* state = states + i * 2 * d;
+    double* state = layout.of(states, static_cast<PetscInt>(i));
     std::copy_n(net_->held.data() + i * d, d, state);
-    std::fill_n(state + d, d, 0.0);
+    std::fill_n(state + layout.v(0), d, 0.0);
   });
   drive(t, first, last, states);
 }
@@ -144,12 +146,12 @@ void Constraints::clear(PetscInt first, PetscInt last, int vectors, double* valu
 }
 
 PetscErrorCode Constraints::stop(Vec y) const {
-  const PetscInt d = net_->dim;
+  const Layout layout{net_->dim, net_->n};
   PetscFunctionBegin;
   const WriteArray ay(y);
   for_holds(0, net_->n, [&](const Hold& hold) {
-    for (PetscInt c = 0; c < d; ++c)
-      if (hold.mask >> c & 1) ay[hold.particle * 2 * d + d + c] = 0;
+    for (PetscInt c = 0; c < layout.dim; ++c)
+      if (hold.mask >> c & 1) ay[layout.v(hold.particle, c)] = 0;
   });
   PetscFunctionReturn(0);
 }
@@ -166,6 +168,7 @@ PetscErrorCode Constraints::show(double t, Vec y, Vec* shown) {
 
 PetscErrorCode Constraints::give(const std::string& group, double from, double to, Vec places) {
   const PetscInt d = net_->dim;
+  const Layout layout{d, net_->n};
   bool found = false;
   std::vector<double> to_places(net_->held.size()), one(static_cast<std::size_t>(net_->n));
   GhostCopies copies;
@@ -173,7 +176,7 @@ PetscErrorCode Constraints::give(const std::string& group, double from, double t
   PetscCall(copies.create(*net_));
   const ReadArray ay(places);
   for (PetscInt c = 0; c < d; ++c) {
-    for (PetscInt i = 0; i < net_->n; ++i) one[static_cast<std::size_t>(i)] = to_places[static_cast<std::size_t>(i * d + c)] = ay[i * 2 * d + c];
+    for (PetscInt i = 0; i < net_->n; ++i) one[static_cast<std::size_t>(i)] = to_places[static_cast<std::size_t>(i * d + c)] = ay[layout.x(i, c)];
     PetscCall(copies.exchange(one, [&](PetscInt ghost, double x) { to_places[static_cast<std::size_t>(ghost * d + c)] = x; }));
   }
   for (std::size_t k = 0; k < motions_.size(); ++k) {

@@ -7,6 +7,7 @@
 #include "base/error.hpp"
 #include "base/vec_array.hpp"
 #include "network/ghost_copies.hpp"
+#include "systems/layout.hpp"
 #include "systems/particles/constraints/constraints.hpp"
 #include "systems/particles/spring_exists.hpp"
 
@@ -167,14 +168,15 @@ PetscErrorCode FreeBodies::pull_back(const double* A, double h, Vec from, Vec to
   if (!any_) PetscFunctionReturn(0);
   const int d = net_->dim;
   const PetscInt n = net_->n;
+  const Layout at{d, n};
   std::vector<std::vector<double>> off(static_cast<std::size_t>(d), std::vector<double>(mass_.size(), 0.0));
   const ReadArray start(from);
   const WriteArray end(to);
   for (PetscInt i = 0; i < n; ++i)
     for (int r = 0; r < d && body_[i] >= 0; ++r) {
       double carried = 0;
-      for (int c = 0; c < d; ++c) carried += A[r * d + c] * start[i * 2 * d + c];
-      off[r][body_[i]] += net_->mass[i] * (end[i * 2 * d + r] - carried);
+      for (int c = 0; c < d; ++c) carried += A[r * d + c] * start[at.x(i, c)];
+      off[r][body_[i]] += net_->mass[i] * (end[at.x(i, r)] - carried);
     }
   for (int r = 0; r < d; ++r) {
     PetscCall(add_up(&off[r]));
@@ -182,8 +184,8 @@ PetscErrorCode FreeBodies::pull_back(const double* A, double h, Vec from, Vec to
   }
   for (PetscInt i = 0; i < n; ++i)
     for (int r = 0; r < d && body_[i] >= 0; ++r) {
-      end[i * 2 * d + r] -= off[r][body_[i]];
-      end[i * 2 * d + d + r] -= off[r][body_[i]] / h;
+      end[at.x(i, r)] -= off[r][body_[i]];
+      end[at.v(i, r)] -= off[r][body_[i]] / h;
     }
   PetscFunctionReturn(0);
 }

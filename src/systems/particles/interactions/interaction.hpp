@@ -7,7 +7,9 @@
 #include <memory>
 #include <type_traits>
 #include <vector>
+#include "lattice/lattice.hpp"
 #include "linalg/sparse_blocks.hpp"
+#include "systems/frame_rows.hpp"
 #include "systems/particles/breaking/interaction_breaks.hpp"
 #include "systems/particles/term.hpp"
 
@@ -18,6 +20,12 @@ template <class Law, class = void>
 struct turns : std::false_type {};
 template <class Law>
 struct turns<Law, std::void_t<decltype(Law::template change<3>(nullptr, nullptr, nullptr))>> : std::true_type {};
+
+/// Whether a law says how its forces change with its parameters.
+template <class Law, class = void>
+struct says_force_change : std::false_type {};
+template <class Law>
+struct says_force_change<Law, std::void_t<decltype(Law::template force_change<3>(nullptr, nullptr, 0, nullptr))>> : std::true_type {};
 
 /// Elements are visited by ascending row; each adds to the ends this rank owns, its other ends are ghosts, in a periodic box images of any particle.
 template <class Law, int d>
@@ -180,6 +188,7 @@ class Interaction final : public Term {
 
   PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules) override {
     PetscFunctionBegin;
+    rows_ = lattice.interactions[static_cast<std::size_t>(&table_ - net.interactions.data())].rows;
     if constexpr (turns<Law>::value) {
       const auto measure = [this](const LocalState& state, std::size_t k) {
         const Element e = element(k, [&](PetscInt i) { return state.at(i); });
@@ -193,6 +202,25 @@ class Interaction final : public Term {
     PetscFunctionReturn(0);
   }
   Breakable* breakable() const override { return breaks_.get(); }
+  // Every owned end is acted on once, wherever its element is seen from.
+  PetscErrorCode force_changes(const std::string& name, const LocalState& state, const LocalState& lambda, std::vector<double>* rows) override {
+    PetscFunctionBegin;
+    if constexpr (says_force_change<Law>::value) {
+      const InteractionNumber number = interaction_number(name);
+      std::vector<std::pair<std::int64_t, double>> parts;
+      if (number.kind < 0 || &table_ != &net_.interactions[static_cast<std::size_t>(number.kind)]) PetscFunctionReturn(0);
+      traverse(state, [&](const Element& e) {
+        double change[N * d], sum = 0;
+        if (Law::template fault<d>(e.x, e.p)) return;
+        Law::template force_change<d>(e.x, e.p, static_cast<int>(number.place), change);
+        for (int a = 0; a < N; ++a)
+          for (int c = 0; c < d && acts_on(e.end[a]); ++c) sum += lambda.at(e.end[a])[c] * change[a * d + c];
+        parts.emplace_back(e.row, sum);
+      });
+      PetscCall(sum_by_rows(net_.comm, rows_.count, parts, rows));
+    }
+    PetscFunctionReturn(0);
+  }
 
   /// Between owned ends and all ends, neither fixed; broken ones too, so that a continued run has the same matrices.
   void join(std::vector<std::pair<PetscInt, PetscInt>>* joins) const override {
@@ -288,6 +316,7 @@ class Interaction final : public Term {
   std::vector<std::uint8_t> boundary_;         ///< (n) owned particles linked to a ghost
   std::vector<std::size_t> part_[2];           ///< elements with an end in either Part
   std::unique_ptr<InteractionBreaks> breaks_;  ///< null where none may break
+  Rows rows_;                                  ///< of this rank in the input's order
   std::vector<PetscInt> unknown_;  ///< (count, ends) the local particle whose unknowns an end has: of an image of an owned particle that one
 };
 

@@ -72,6 +72,13 @@ void check_derivatives(double theta, double rest, unsigned seed) {
   const double stiff = law_tests::largest(K, 144) + law_tests::largest(D, 144);
   law_tests::require_close(f, law_tests::differences(moved.x, 12, 1, 1e-3, energy), 1e-8, stiff + 1);
   law_tests::require_close(K, law_tests::differences(moved.x, 12, 12, 1e-3, force), 1e-7, stiff);
+  Folded other = s;  // by the parameters, of which the force is linear
+  for (int of = 0; of < 2; ++of) {
+    double change[12];
+    Hinge::force_change<3>(at, s.p, of, change);
+    law_tests::require_close(change, law_tests::differences(&other.p[of], 1, 12, 1e-2, [&](double* out) { Hinge::force<3>(at, other.p, out); }),
+                             1e-10, stiff + 1);
+  }
   const double size = law_tests::largest(f, 12);
   for (int c = 0; c < 3; ++c) {  // forces and moments balance
     const int e = (c + 1) % 3;

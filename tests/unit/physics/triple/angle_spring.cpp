@@ -54,6 +54,12 @@ void check_derivatives(double theta, double rest, unsigned seed) {
   law_tests::require_close(f, law_tests::differences(s.x, 3 * d, 1, h, energy), 1e-8, stiff + E);
   AngleSpring::tangent<d, false>(s.at, s.p, K);
   law_tests::require_close(K, law_tests::differences(s.x, 3 * d, 3 * d, h, force), 1e-8, stiff);
+  // by the parameters, of which the force is linear
+  for (int of = 0; of < 2; ++of) {
+    double change[3 * d];
+    AngleSpring::force_change<d>(s.at, s.p, of, change);
+    law_tests::require_close(change, law_tests::differences(&s.p[of], 1, 3 * d, 1e-2, force), 1e-10, stiff + E);
+  }
   // forces and moments balance
   const double size = law_tests::largest(f, 3 * d);
   for (int c = 0; c < d; ++c) {
