@@ -152,8 +152,9 @@ class Simulation(Watched):
 
     def change(self, *, remove: ArrayLike = (), **numbers: ArrayLike) -> None:
         """Numbers from now on, (S,) or one number: stiffness [N/m], rest_length [m], damping [kg/s], or what the springs' law takes; mass, (N,) or one
-        number [kg]; angle_stiffness, hinge_stiffness [N m/rad^2], angle_rest_angle, hinge_rest_angle [rad], one of each. remove: springs, rows or a mask (S,), that exert no force any more, whatever numbers they are given later, unless restore() brings
-        them back. A method of several steps starts anew."""
+        number [kg]; angle_stiffness, hinge_stiffness [N m/rad^2], angle_rest_angle, hinge_rest_angle [rad], one of each. remove:
+        springs, rows or a mask (S,), that exert no force any more, whatever numbers they are given later, unless restore() brings them back. A method of several
+        steps starts anew."""
         self.lattice = change(self._session, self.lattice, self._comm, remove, numbers)
         self._sets += 1
 
