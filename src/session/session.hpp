@@ -77,7 +77,8 @@ class Session {
   /// Steps up to the next output time (-bs_output_interval; without it, the next step) or the end (-ts_max_time), and stands there; `more`: false
   /// where the run was at its end and no step was taken, or -ts_max_steps allows no more, which is warned of once.
   Error run_to_frame(bool* more);
-  /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete then. No step follows.
+  /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete then. No step follows. What a step has
+  /// failed with is in the report and is not returned again.
   Error finish();
 
   /// Of the lattice as it was given, by a model of its own, whatever has been stepped: equilibria under the loads as -bs_task statics finds them, and

@@ -182,12 +182,15 @@ PetscErrorCode Session::Impl::run_to_frame(bool* more) {
 
 PetscErrorCode Session::Impl::finish() {
   int exit_code = 0;
+  std::string told;
   PetscFunctionBegin;
   if (finished || !run) PetscFunctionReturn(0);
   finished = true;
-  PetscCall(run->end(&exit_code));
+  PetscCall(run->trouble(&told));
+  PetscErrorCode code = run->end(&exit_code);
   locks.reset();
-  PetscFunctionReturn(0);
+  if (code && !told.empty() && last_error(comm).exit == Exit::solve) code = 0;  // the call whose step failed has said so
+  PetscFunctionReturn(code);
 }
 
 PetscErrorCode Session::Impl::forces(double t, Vec y, Array what, std::vector<double>* rows) {

@@ -1,4 +1,8 @@
 """What the package refuses, and in which words."""
+import json
+import pathlib
+import tempfile
+
 import numpy as np
 from helpers import python, raised
 
@@ -158,3 +162,9 @@ def failures():
     with raised(bs.ConvergenceError) as failed:
         simulation.step(50)
     assert isinstance(failed.error.state, bs.Frame) and failed.error.state.t == simulation.t
+    with tempfile.TemporaryDirectory() as folder:  # what a step has raised is not raised once more at the end, and stands in the report
+        report = pathlib.Path(folder, "failed.json")
+        with bs.Simulation(net, dt=0.1, snes_max_it=1, bs_step_max_cuts=0, bs_gravity=(0, -9.81), bs_report=report) as ended:
+            with raised(bs.ConvergenceError, "rejected"):
+                ended.step(50)
+        assert json.loads(report.read_text())["outcome"] == "failed", report.read_text()

@@ -250,7 +250,7 @@ class Simulation(Watched):
         self._done(self._session.checkpoint(os.fspath(path)))
 
     def close(self) -> None:
-        """Ends stepping; files that options name are complete."""
+        """Ends stepping; files that options name are complete. What a step has failed with is not raised again."""
         if self._number is None:
             return
         error = self._session.finish()

@@ -215,7 +215,7 @@ struct Case {
   template <class Table>
   double damper(const Table& table, PetscInt k, const double* v, const double* other, const double* x, const double* end) const {
     double square = 0, along = 0, length = 0;
-    for (int c = 0; c < net.dim; ++c) {
+    for (int c = 0; c < std::min(net.dim, 3); ++c) {
       square += (v[c] - other[c]) * (v[c] - other[c]);
       along += (v[c] - other[c]) * (x[c] - end[c]);
       length += (x[c] - end[c]) * (x[c] - end[c]);
