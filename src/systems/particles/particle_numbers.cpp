@@ -56,7 +56,8 @@ PetscErrorCode ParticleModel::lacks_pattern(const std::string& name, const std::
 PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::vector<double>& all) {
   PetscFunctionBegin;
   const InteractionNumber of = interaction_number(name);
-  InteractionTable* const table = of.kind < 0 ? nullptr : &net_.interactions[static_cast<std::size_t>(of.kind)];
+  const std::size_t kind = static_cast<std::size_t>(of.kind);
+  InteractionTable* const table = of.kind < 0 || kind >= net_.interactions.size() ? nullptr : &net_.interactions[kind];
   if (static_cast<std::int64_t>(all.size()) != (table ? table->total : name == "mass" ? net_.total : net_.springs_total))
     PetscCall(fail(net_.comm, Exit::input,
                    "options have changed the lattice's springs or particles: numbers of the lattice as it was given are not theirs"));

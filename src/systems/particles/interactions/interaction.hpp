@@ -41,7 +41,8 @@ class Interaction final : public Term {
     std::size_t place;  ///< in the table
   };
 
-  Interaction(const Network& net, const InteractionTable& table) : net_(net), table_(table) {
+  Interaction(const Network& net, const InteractionTable& table)
+      : net_(net), table_(table), kind_(static_cast<std::size_t>(&table - net.interactions.data())) {
     for (PetscInt i = 0; i < net.n; ++i) boundary_.push_back(net.boundary(i));
     for (std::size_t k = 0; k < table.row.size(); ++k)
       for (const bool cut : {false, true}) {
@@ -188,7 +189,7 @@ class Interaction final : public Term {
 
   PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules) override {
     PetscFunctionBegin;
-    rows_ = lattice.interactions[static_cast<std::size_t>(&table_ - net.interactions.data())].rows;
+    rows_ = lattice.interactions[kind_].rows;
     if constexpr (turns<Law>::value) {
       const auto measure = [this](const LocalState& state, std::size_t k) {
         const Element e = element(k, [&](PetscInt i) { return state.at(i); });
@@ -197,7 +198,7 @@ class Interaction final : public Term {
         m.energy = Law::template energy<d>(e.x, e.p);
         return m;
       };
-      PetscCall(InteractionBreaks::create(net, lattice, rules, static_cast<std::size_t>(&table_ - net.interactions.data()), measure, &breaks_));
+      PetscCall(InteractionBreaks::create(net, lattice, rules, kind_, measure, &breaks_));
     }
     PetscFunctionReturn(0);
   }
@@ -208,7 +209,7 @@ class Interaction final : public Term {
     if constexpr (says_force_change<Law>::value) {
       const InteractionNumber number = interaction_number(name);
       std::vector<std::pair<std::int64_t, double>> parts;
-      if (number.kind < 0 || &table_ != &net_.interactions[static_cast<std::size_t>(number.kind)]) PetscFunctionReturn(0);
+      if (number.kind != static_cast<int>(kind_)) PetscFunctionReturn(0);
       traverse(state, [&](const Element& e) {
         double change[N * d], sum = 0;
         if (Law::template fault<d>(e.x, e.p)) return;
@@ -313,6 +314,7 @@ class Interaction final : public Term {
 
   const Network& net_;
   const InteractionTable& table_;
+  const std::size_t kind_;                     ///< its place in the network's list
   std::vector<std::uint8_t> boundary_;         ///< (n) owned particles linked to a ghost
   std::vector<std::size_t> part_[2];           ///< elements with an end in either Part
   std::unique_ptr<InteractionBreaks> breaks_;  ///< null where none may break
