@@ -191,6 +191,33 @@ PetscErrorCode check_viewers(MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
+namespace {
+
+/// What is to be given in the place of a tolerance; empty where it may be used, or PETSc has a word for it.
+std::string fault_of_tolerance(const std::string& name, const std::string& value) {
+  const std::string small = lower(name);
+  const auto ends = [&small](const char* tail) { return ends_with(small, tail); };
+  const bool relative = ends("_rtol");
+  if (!relative && !ends("_atol") && !ends("_stol") && !ends("_divtol")) return {};
+  char* end = nullptr;
+  const double number = std::strtod(value.c_str(), &end);
+  if (value.empty() || *end || (number >= 0 && !(relative && number >= 1))) return {};
+  return relative ? "give a number >= 0 and below 1" : "give a number >= 0";
+}
+
+}  // namespace
+
+PetscErrorCode check_tolerances(MPI_Comm comm) {
+  std::vector<std::pair<std::string, std::string>> options;
+  PetscFunctionBegin;
+  PetscCall(options_in_force(&options));
+  for (const auto& [name, value] : options) {
+    const std::string fault = name.rfind("bs_", 0) == 0 ? "" : fault_of_tolerance(name, value);
+    if (!fault.empty()) PetscCall(fail(comm, Exit::input, "option -" + name + ": " + value + ": " + fault));
+  }
+  PetscFunctionReturn(0);
+}
+
 bool is_listed(const std::set<std::string>& names, const std::string& name) {
   constexpr std::size_t WORD = 4;  // NAME
   const std::string given = lower(name);

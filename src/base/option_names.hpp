@@ -44,6 +44,10 @@ PetscErrorCode option_endings(const std::string& begin, std::vector<std::string>
 /// PETSc's, such as -log_view :F, names a file that cannot be written; with 2 where PETSc would find at the very end that it cannot read a value.
 PetscErrorCode check_viewers(MPI_Comm comm);
 
+/// Collective. Ends the run with exit code 2 where a tolerance of PETSc's solvers, under whatever prefix, is negative or no number, or a relative one
+/// not below 1: since 3.22 some negative numbers are PETSc's words for "as before", which it takes without a word.
+PetscErrorCode check_tolerances(MPI_Comm comm);
+
 // Options that a checkpoint brought and not the user. A checkpoint may be somebody else's: what it names is not written, and read only where the user
 // already is.
 

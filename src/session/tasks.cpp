@@ -29,6 +29,7 @@ PetscErrorCode take_up_options(MPI_Comm comm) {
   PetscCall(recall_options(comm));
   PetscCall(unify_option_names(comm));
   PetscCall(check_viewers(comm));
+  PetscCall(check_tolerances(comm));
   PetscFunctionReturn(0);
 }
 

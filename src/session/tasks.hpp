@@ -11,8 +11,8 @@ namespace bs {
 PetscErrorCode register_types();
 
 /// Collective. Once for a table of options, while it is in force and before the program's are read: types that they may name are registered, those
-/// that a checkpoint brings (-bs_restart) are taken, names of another PETSc's are made this one's, and files that PETSc's viewers are to write are
-/// looked at.
+/// that a checkpoint brings (-bs_restart) are taken, names of another PETSc's are made this one's, and files that PETSc's viewers are to write and
+/// tolerances of its solvers are looked at.
 PetscErrorCode take_up_options(MPI_Comm comm);
 
 /// A task with one of the kinds of model that it has, as the options name them.

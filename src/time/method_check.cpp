@@ -165,28 +165,13 @@ PetscErrorCode fault_of_theta(TS ts, std::string* fault) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode fault_of_tolerances(TS ts, std::string* fault) {
-  SNES snes;
-  PetscReal tolerance[3];
-  PetscInt most[2];
-  PetscFunctionBegin;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(SNESGetTolerances(snes, &tolerance[0], &tolerance[1], &tolerance[2], &most[0], &most[1]));
-  const char* const names[] = {"-snes_atol", "-snes_rtol", "-snes_stol"};
-  for (int k = 0; k < 3; ++k)
-    if (!(tolerance[k] >= 0) || (k == 1 && tolerance[k] >= 1))
-      *fault = format("option %s: %g: give a number >= 0%s", names[k], tolerance[k], k == 1 ? " and below 1" : "");
-  PetscFunctionReturn(0);
-}
-
 }  // namespace
 
-PetscErrorCode check_stepping(TS ts, bool implicit) {
+PetscErrorCode check_stepping(TS ts) {
   std::string fault;
   PetscFunctionBegin;
   PetscCall(fault_of_times(ts, &fault));
   if (fault.empty()) PetscCall(fault_of_theta(ts, &fault));
-  if (fault.empty() && implicit) PetscCall(fault_of_tolerances(ts, &fault));
   if (!fault.empty()) PetscCall(fail(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), Exit::input, fault));
   PetscFunctionReturn(0);
 }

@@ -167,7 +167,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(TSSetErrorIfStepFails(*ts, PETSC_FALSE));
   PetscCall(set_from_options(*ts));
   PetscCall(context->rosenbrock.attach(*ts, model, context->form));
-  PetscCall(check_stepping(*ts, context->implicit));
+  PetscCall(check_stepping(*ts));
   PetscCall(check_method(*ts, *context));
   if (context->implicit) {
     PC pc;

@@ -54,8 +54,8 @@ PetscErrorCode describe_solver(TS ts, const TSContext& context, double cut, std:
 PetscErrorCode check_method(TS ts, const TSContext& context);
 
 /// Collective, after TSSetFromOptions. Errors (exit 2): a step that is not positive, times that are not finite or end
-/// before they begin, a negative number of steps, theta outside (0, 1], tolerances of Newton that are negative.
-PetscErrorCode check_stepping(TS ts, bool implicit);
+/// before they begin, a negative number of steps, theta outside (0, 1].
+PetscErrorCode check_stepping(TS ts);
 
 // Tolerances of error-controlled steps, apart for positions and velocities, whose units differ.
 
