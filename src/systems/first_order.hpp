@@ -37,6 +37,8 @@ class FirstOrderTangent final : public Tangent {
   MPI_Comm comm() const override { return own_.comm(); }
   PetscInt unknowns() const override { return own_.unknowns(); }
   PetscErrorCode multiply(Vec z, Vec y) override;
+  /// Collective. y = J^T z, which some of PETSc's nonlinear solvers want. Ends the run with exit code 2 where K or D is not symmetric.
+  PetscErrorCode multiply_transposed(Vec z, Vec y);
   PetscErrorCode stiffness_sizes(Vec s) override;
   PetscErrorCode condense(Vec r, Vec b) override;
   PetscErrorCode expand(Vec r, Vec w, Vec z) override;
@@ -54,6 +56,7 @@ class FirstOrderTangent final : public Tangent {
   PetscErrorCode change_of_force(Vec z);
   PetscErrorCode damp(const std::vector<double>& a, std::vector<double>* damping);
   double row_of_v(double m, double zx, double zv) const { return m * (static_ ? shift_ * zx : inertia_ * sigma_ * zv); }
+  double scale(double m) const { return form_ == Form::momentum ? 1.0 : 1.0 / m; }
   Linearisation& own_;
   double sigma_ = 1, inertia_ = 1, shift_ = 0;
   double size_ = 0, speed_ = 0;  ///< largest sigma |x| and |v| of this rank at the state [m/s]

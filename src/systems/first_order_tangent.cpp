@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 #include "base/collective.hpp"
+#include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
@@ -18,6 +19,14 @@ PetscErrorCode shell_multiply(Mat J, Vec z, Vec y) {
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(J, &self));
   PetscCall(self->multiply(z, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode shell_multiply_transposed(Mat J, Vec z, Vec y) {
+  FirstOrderTangent* self = nullptr;
+  PetscFunctionBegin;
+  PetscCall(MatShellGetContext(J, &self));
+  PetscCall(self->multiply_transposed(z, y));
   PetscFunctionReturn(0);
 }
 
@@ -53,6 +62,7 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
   PetscCall(MatSetBlockSize(*J, own_.layout().block()));
   PetscCall(MatSetVecType(*J, VECSTANDARD));
   PetscCall(set_shell_operation(*J, MATOP_MULT, shell_multiply));
+  PetscCall(set_shell_operation(*J, MATOP_MULT_TRANSPOSE, shell_multiply_transposed));
   PetscCall(set_shell_operation(*J, MATOP_VIEW, shell_view));
   PetscFunctionReturn(0);
 }
@@ -81,13 +91,50 @@ PetscErrorCode FirstOrderTangent::multiply(Vec z, Vec y) {
   const ReadArray az(z);
   const WriteArray ay(y);
   for (PetscInt i = 0; i < at.particles; ++i) {
-    const double m = masses[static_cast<std::size_t>(i)], scale = form_ == Form::momentum ? 1.0 : 1.0 / m;
+    const double m = masses[static_cast<std::size_t>(i)], factor = scale(m);
     for (PetscInt c = 0; c < at.dim; ++c) {
       const PetscInt x = at.x(i, c), v = at.v(i, c);
-      ay[x] = scale * m * (sigma_ * az[x] - az[v]);
-      ay[v] = scale * (row_of_v(m, az[x], az[v]) - force_[static_cast<std::size_t>(i * at.dim + c)]);
+      ay[x] = factor * m * (sigma_ * az[x] - az[v]);
+      ay[v] = factor * (row_of_v(m, az[x], az[v]) - force_[static_cast<std::size_t>(i * at.dim + c)]);
     }
   }
+  PetscFunctionReturn(0);
+}
+
+// J^T z, with u = scale z: M (sigma u_x) - K u_v and -M u_x + mu M u_v - D u_v; of an equilibrium the former has shift M u_v, too, and the latter
+// is -M u_x
+PetscErrorCode FirstOrderTangent::multiply_transposed(Vec z, Vec y) {
+  const Layout& at = own_.layout();
+  const std::vector<double>& masses = own_.masses();
+  const auto entries = static_cast<std::size_t>(at.particles * at.dim);
+  std::vector<double> u(entries), damping(entries, 0.0);
+  PetscFunctionBegin;
+  if (!(static_ ? own_.symmetric_at_rest() : own_.exact_symmetric()))
+    PetscCall(
+        fail(comm(), Exit::input,
+             std::string("the solver that -snes_type names multiplies by the transposed Jacobian, which a shell has for symmetric tangents alone: ") +
+                 (static_ ? "" : "give -bs_operator assembled or ") + "another -snes_type"));
+  if (!places_) PetscCall(VecDuplicate(own_.state_vector(), places_.out()));
+  force_.resize(entries);
+  const ReadArray az(z);
+  {
+    const WriteArray places(places_);
+    for (PetscInt i = 0; i < at.particles; ++i)
+      for (PetscInt c = 0; c < at.dim; ++c) {
+        places[at.x(i, c)] = u[i * at.dim + c] = scale(masses[i]) * az[at.v(i, c)];
+        places[at.v(i, c)] = 0;
+      }
+  }
+  PetscCall(own_.change_of_force(places_, force_.data()));
+  if (!static_) PetscCall(own_.damping_force(u.data(), damping.data()));
+  const WriteArray ay(y);
+  for (PetscInt i = 0; i < at.particles; ++i)
+    for (PetscInt c = 0; c < at.dim; ++c) {
+      const PetscInt e = i * at.dim + c;
+      const double m = masses[i], ux = scale(m) * az[at.x(i, c)];
+      ay[at.x(i, c)] = sigma_ * m * ux + row_of_v(m, u[e], 0) - force_[e];
+      ay[at.v(i, c)] = row_of_v(m, 0, u[e]) - m * ux - damping[e];
+    }
   PetscFunctionReturn(0);
 }
 

@@ -234,6 +234,8 @@ PetscErrorCode needs_matrix(Model& model, bool* yes) {
   *yes = !differences.empty() || !model.tangent() || chosen == 1 || (pc != "condensed" && pc != PCNONE);
   for (const char* reader : {"-mat_type", "-mat_view", "-ksp_view_mat", "-ksp_view_pmat", "-snes_test_jacobian", "-snes_compare_explicit"})
     *yes = *yes || is_given(reader);
+  for (const char* transposes : {SNESNEWTONTR, SNESNEWTONTRDC, SNESVINEWTONSSLS})  // the shell does it where the tangent is symmetric
+    *yes = *yes || (chosen == 0 && value_of("-snes_type") == transposes && !model.tangent()->exact_symmetric());
   PetscFunctionReturn(0);
 }
 

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <numeric>
 #include <string>
+#include "base/error.hpp"
 #include "condensed_case.hpp"
 #include "linalg/block_icc.hpp"
 
@@ -92,6 +93,46 @@ TEST_CASE("the pattern of S has each pair once, however many springs it has, and
     CAPTURE(narrow);
     CHECK(once);
   }
+}
+
+/// w.J z = z.J^T w for the shell's J, of a step and of an equilibrium, in both forms; refused where axial dampers make it unsymmetric.
+static void check_transposed(double axial_damping, Form form, bool at_rest) {
+  GeneratorSpec spec = lattice(LatticeType::triangular, {4, 5}, 2);
+  Case c(PETSC_COMM_WORLD, spec, 25.0, axial_damping);
+  MatHandle J;
+  VecHandle w, z, product;
+  PetscScalar one = 0, other = 0;
+  std::get<StokesDrag>(c.laws).D = 1.7;
+  for (double& m : c.net.inertia) m *= 0.7;
+  if (at_rest) {
+    c.tangent.set_static(3.0);
+    REQUIRE(zero_velocities(c.y) == 0);
+  }
+  REQUIRE(c.tangent.linearise(0.0, c.y, 25.0, form) == 0);
+  REQUIRE(c.tangent.create_shell(J.out()) == 0);
+  for (VecHandle* made : {&w, &z, &product}) REQUIRE(VecDuplicate(c.y, made->out()) == 0);
+  REQUIRE(VecCopy(c.y, z) == 0);
+  REQUIRE(VecPointwiseMult(w, c.y, c.y) == 0);
+  REQUIRE(MatMult(J, z, product) == 0);
+  REQUIRE(VecDot(product, w, &one) == 0);
+  if (axial_damping > 0 && !at_rest) {
+    const PetscErrors quiet(PETSC_COMM_WORLD);
+    CHECK(MatMultTranspose(J, w, product) == ERR_FAILED);
+    CHECK(last_error(PETSC_COMM_WORLD).text.find("-bs_operator assembled") != std::string::npos);
+    clear_error(PETSC_COMM_WORLD);
+    return;
+  }
+  REQUIRE(MatMultTranspose(J, w, product) == 0);
+  REQUIRE(VecDot(product, z, &other) == 0);
+  CHECK(other == Approx(one).epsilon(1e-12));
+}
+
+TEST_CASE("the shell of the full Jacobian multiplies by its transposed where that is symmetric") {
+  for (const Form form : {Form::momentum, Form::velocity}) {
+    check_transposed(0, form, false);
+    check_transposed(0.4, form, false);
+  }
+  for (const double damping : {0.0, 0.4}) check_transposed(damping, Form::momentum, true);
 }
 
 /// For any z, r = J z: the exact S (sigma z_x) must be the condensed right-hand side of r, and z come back from both.
