@@ -41,7 +41,7 @@ bool NewtonPolicy::exhausted(const ResidualNorms& now, double rtol) const {
   return near && !falling;
 }
 
-// A step of nothing is no sign of convergence where the linear solver has done nothing (-ksp_rtol 1): the step decides only
+// A step of nothing is no sign of convergence where the linear solver has done nothing (-ksp_atol 1e10): the step decides only
 // where the residual, too, has fallen far.
 bool NewtonPolicy::step_decides(const ResidualNorms& now) const {
   constexpr double FAR = 1e-4, NEAR = 100;
