@@ -62,9 +62,8 @@ std::string explained(const std::string& text, const char* function) {
     return found.empty() ? as_it_is : found + " is neither true nor false";
   }
   if (text.find("does not have a multiply transpose defined") != std::string::npos)
-    return "a solver of this run multiplies by the transposed Jacobian, which its operator does not have: give another -snes_type or -ksp_type, or "
-           "an "
-           "assembled matrix by -bs_operator assembled, without -snes_mf";
+    return "a solver of this run multiplies by the transposed Jacobian, which its operator does not have: "
+           "give another -snes_type or -ksp_type, or an assembled matrix by -bs_operator assembled, without -snes_mf";
   const std::string bounds = out_of_bounds(text);
   if (!bounds.empty()) return bounds;
   if (text.compare(0, from, begin) != 0 || to == std::string::npos) {

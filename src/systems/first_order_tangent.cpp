@@ -14,19 +14,12 @@ namespace bs {
 
 namespace {
 
-PetscErrorCode shell_multiply(Mat J, Vec z, Vec y) {
+template <PetscErrorCode (FirstOrderTangent::*product)(Vec, Vec)>
+PetscErrorCode shell_product(Mat J, Vec z, Vec y) {
   FirstOrderTangent* self = nullptr;
   PetscFunctionBegin;
   PetscCall(MatShellGetContext(J, &self));
-  PetscCall(self->multiply(z, y));
-  PetscFunctionReturn(0);
-}
-
-PetscErrorCode shell_multiply_transposed(Mat J, Vec z, Vec y) {
-  FirstOrderTangent* self = nullptr;
-  PetscFunctionBegin;
-  PetscCall(MatShellGetContext(J, &self));
-  PetscCall(self->multiply_transposed(z, y));
+  PetscCall((self->*product)(z, y));
   PetscFunctionReturn(0);
 }
 
@@ -61,8 +54,8 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
   PetscCall(MatCreateShell(comm(), local, local, PETSC_DETERMINE, PETSC_DETERMINE, this, J));
   PetscCall(MatSetBlockSize(*J, own_.layout().block()));
   PetscCall(MatSetVecType(*J, VECSTANDARD));
-  PetscCall(set_shell_operation(*J, MATOP_MULT, shell_multiply));
-  PetscCall(set_shell_operation(*J, MATOP_MULT_TRANSPOSE, shell_multiply_transposed));
+  PetscCall(set_shell_operation(*J, MATOP_MULT, shell_product<&FirstOrderTangent::multiply>));
+  PetscCall(set_shell_operation(*J, MATOP_MULT_TRANSPOSE, shell_product<&FirstOrderTangent::multiply_transposed>));
   PetscCall(set_shell_operation(*J, MATOP_VIEW, shell_view));
   PetscFunctionReturn(0);
 }

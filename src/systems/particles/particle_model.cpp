@@ -158,10 +158,12 @@ PetscErrorCode ParticleModel::create_state() {
   PetscFunctionBegin;
   layout_ = {d, net_.n};
   PetscCall(create_vec(net_.comm, net_.n, layout_.block(), y0_.out()));
-  const WriteArray ay(y0_);
-  for (PetscInt i = 0; i < net_.n; ++i) {
-    std::copy_n(&net_.held[i * d], d, &ay[layout_.x(i)]);
-    std::copy_n(&net_.velocity[i * d], d, &ay[layout_.v(i)]);
+  {
+    const WriteArray ay(y0_);  // given back before others write
+    for (PetscInt i = 0; i < net_.n; ++i) {
+      std::copy_n(&net_.held[i * d], d, &ay[layout_.x(i)]);
+      std::copy_n(&net_.velocity[i * d], d, &ay[layout_.v(i)]);
+    }
   }
   PetscCall(add_flow(y0_));
   PetscCall(constraints_.stop(y0_));
