@@ -52,9 +52,7 @@ inline void store(Vector<d> v, double* p) noexcept {
 
 template <int d>
 inline Vector<d> splat(double s) noexcept {
-  Vector<d> v;
-  for (int c = 0; c < LANES<d>; ++c) v[c] = s;
-  return v;
+  return s - Vector<d>{};
 }
 
 }  // namespace lanes
