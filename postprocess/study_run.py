@@ -26,13 +26,14 @@ def command(point, folder, program, use_mpirun):
 
 
 def environment(jobs, ranks):
-    """One thread a rank; Open MPI binds every job's first rank to the same core unless told not to."""
+    """One thread a rank; Open MPI binds every job's first rank to the same core unless told not to. (PRTE: Open MPI from 5 on.)"""
     env = {k: v for k, v in os.environ.items() if k != "PETSC_OPTIONS"}  # it would act behind the command line's back
     env.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
     if jobs > 1:
-        env["OMPI_MCA_hwloc_base_binding_policy"] = "none"
+        env.update(OMPI_MCA_hwloc_base_binding_policy="none", PRTE_MCA_hwloc_default_binding_policy="none")
     if ranks > (os.cpu_count() or 1):
         env.setdefault("OMPI_MCA_rmaps_base_oversubscribe", "1")
+        env.setdefault("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
     return env
 
 

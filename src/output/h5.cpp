@@ -18,6 +18,19 @@ bool h5_exists(hid_t file, const std::string& path) {
   return H5Lexists(file, path.c_str(), H5P_DEFAULT) > 0;
 }
 
+// From 1.12 on in two steps.
+herr_t find_h5_header(hid_t object, haddr_t* at) {
+#if H5_VERSION_GE(1, 12, 0)
+  H5O_info2_t info;
+  return H5Oget_info3(object, &info, H5O_INFO_BASIC) < 0 ? -1 : H5VLnative_token_to_addr(object, info.token, at);
+#else
+  H5O_info_t info;
+  if (H5Oget_info2(object, &info, H5O_INFO_BASIC) < 0) return -1;
+  *at = info.addr;
+  return 0;
+#endif
+}
+
 std::string fixed_text(hid_t file, const char* object, const char* name) {
   if (H5Aexists_by_name(file, object, name, H5P_DEFAULT) <= 0) return {};
   const H5 attribute(H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);

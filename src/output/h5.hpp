@@ -28,6 +28,9 @@ PetscErrorCode open_group(hid_t file, const std::string& path, H5* group);
 /// Whether a dataset or group is there.
 bool h5_exists(hid_t file, const std::string& path);
 
+/// Where in its file the header of an open object begins; negative if HDF5 cannot tell.
+herr_t find_h5_header(hid_t object, haddr_t* at);
+
 /// A text attribute of fixed length of an object in an open file; empty if there is none.
 std::string fixed_text(hid_t file, const char* object, const char* name);
 

@@ -180,19 +180,6 @@ hid_t driver() {
   return id;
 }
 
-/// Where the object's header begins. HDF5 from 1.12 on says so in two steps.
-herr_t find_header(hid_t object, haddr_t* at) {
-#if H5_VERSION_GE(1, 12, 0)
-  H5O_info2_t info;
-  return H5Oget_info3(object, &info, H5O_INFO_BASIC) < 0 ? -1 : H5VLnative_token_to_addr(object, info.token, at);
-#else
-  H5O_info_t info;
-  if (H5Oget_info2(object, &info, H5O_INFO_BASIC) < 0) return -1;
-  *at = info.addr;
-  return 0;
-#endif
-}
-
 }  // namespace
 
 PetscErrorCode use_last_write(hid_t access) {
@@ -206,7 +193,7 @@ PetscErrorCode write_header(hid_t file, hid_t object, Order order) {
   void* handle = nullptr;
   haddr_t header = 0;
   PetscFunctionBegin;
-  BS_H5(find_header(object, &header));
+  BS_H5(find_h5_header(object, &header));
   BS_H5(H5Fget_vfd_handle(file, H5P_DEFAULT, &handle));
   File* own = of(static_cast<H5FD_t*>(handle));
   own->first = order == Order::first;

@@ -90,7 +90,7 @@ CHECKS = {"cube": (cubic((16, 16, 16), 250), 25, 31), "beam": (cubic((4, 4, 250)
 def solve(program, options, ranks, folder, limit):
     """{K, newton, flops per digit, seconds per digit}, or the reason why not."""
     given = dict(options, bs_report="report.json", log_view=":log.txt")
-    command = (["mpirun", "-n", str(ranks), "--oversubscribe"] if ranks > 1 else []) + [program] + words(given)
+    command = (["mpirun", "-n", str(ranks)] if ranks > 1 else []) + [program] + words(given)
     try:
         run = subprocess.run(command, cwd=folder, env=environment(ranks), capture_output=True, text=True, timeout=limit)
     except subprocess.TimeoutExpired:

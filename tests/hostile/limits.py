@@ -16,6 +16,9 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+from program import environment  # noqa: E402
+
 SLOWER = int(os.environ.get("BS_SLOWER", 1))
 CHAIN = ["-bs_lattice_type", "chain", "-bs_lattice_size", "5", "-ts_max_steps", "2"]
 CUBE = ["-bs_lattice_type", "cubic", "-bs_lattice_perturbation", "0.1", "-ts_max_steps", "2", "-bs_lattice_size"]
@@ -31,13 +34,9 @@ LIMITS = {"short": [100_000, 163_840, 180_000], "full": list(range(60_000, 290_0
 
 
 def start(program, ranks, words, folder, memory=None, kind=resource.RLIMIT_DATA):
-    environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1",
-                       OMPI_MCA_hwloc_base_binding_policy="none")
-    if os.geteuid() == 0:
-        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     limit = (lambda: resource.setrlimit(kind, (memory, memory))) if memory else None
     launcher = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
-    return subprocess.Popen([*launcher, str(program), *map(str, words)], cwd=folder, env=environment, text=True, errors="replace",
+    return subprocess.Popen([*launcher, str(program), *map(str, words)], cwd=folder, env=environment(ranks), text=True, errors="replace",
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit)
 
 

@@ -13,6 +13,9 @@ import subprocess
 import sys
 import tempfile
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+from program import environment  # noqa: E402
+
 DUMP = ["-malloc_debug", "-malloc_dump", "-objects_dump"]
 CLOTH = ["-bs_lattice_type", "cloth", "-bs_lattice_size", "5,5", "-bs_gravity", "0,0,-9.81", "-bs_lattice_fixed", "ymax"]
 BICC = ["-condensed_ksp_type", "cg", "-condensed_pc_type", "bicc"]
@@ -47,11 +50,8 @@ CASES = {  # name: (words, exit code)
 
 
 def run(program, ranks, words):
-    environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
-    if os.geteuid() == 0:
-        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     with tempfile.TemporaryDirectory(prefix="dumps_") as folder:
-        done = subprocess.run(["mpirun", "-n", str(ranks), str(program), *words, *DUMP], cwd=folder, env=environment, text=True,
+        done = subprocess.run(["mpirun", "-n", str(ranks), str(program), *words, *DUMP], cwd=folder, env=environment(ranks), text=True,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120 * int(os.environ.get("BS_SLOWER", 1)))
     return done.returncode, done.stdout
 

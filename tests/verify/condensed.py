@@ -168,7 +168,7 @@ def thin(checks):
 
 
 def continued(checks, options, ranks):
-    launcher = ["mpirun", "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
+    launcher = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
     start = words({**options, "bs_output": "r.h5md", "bs_overwrite": True, "bs_checkpoint": "c", "bs_checkpoint_every": 2})
     with tempfile.TemporaryDirectory() as whole, tempfile.TemporaryDirectory() as parts:
         for folder, more in ((whole, start), (parts, [*start, "-ts_max_steps", "2"]), (parts, ["-bs_restart", "c", "-ts_max_steps", "1000"])):

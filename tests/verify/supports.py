@@ -7,7 +7,7 @@ import tempfile
 import h5py
 from harness import Checks, direct, observed_orders, write_lattice
 import numpy as np
-from program import words
+from program import environment, words
 from scipy.integrate import solve_ivp
 
 T = 1.2
@@ -253,10 +253,10 @@ def continued(checks):
             "condensed_pc_type": "bicc"}  # MUMPS on several ranks does not repeat its last digits
     for kind in ("cn", "bdf", "alpha2", "verlet"):
         with tempfile.TemporaryDirectory() as whole, tempfile.TemporaryDirectory() as parts:
-            mpi = ["mpirun", "--oversubscribe", "-n", str(checks.ranks)] if checks.ranks > 1 else []
+            mpi = ["mpirun", "-n", str(checks.ranks)] if checks.ranks > 1 else []
 
             def go(folder, *more):
-                subprocess.run([*mpi, checks.program, *more], cwd=folder, check=True, capture_output=True)
+                subprocess.run([*mpi, checks.program, *more], cwd=folder, env=environment(checks.ranks), check=True, capture_output=True)
             start = words({**base, "ts_type": kind, "bs_checkpoint": "c", "bs_checkpoint_every": 7})
             go(whole, *start, "-ts_max_time", "0.6")
             go(parts, *start, "-ts_max_time", "0.6", "-ts_max_steps", "14")

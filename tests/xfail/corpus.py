@@ -16,6 +16,7 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
 from plurals import BESIDE  # noqa: E402
+from program import environment  # noqa: E402
 
 TIMEOUT = 60 * int(os.environ.get("BS_SLOWER", 1))  # [s]
 
@@ -23,11 +24,7 @@ TIMEOUT = 60 * int(os.environ.get("BS_SLOWER", 1))  # [s]
 def run(program, ranks, words, folder):
     """Exit code (None: did not end) and all that was said."""
     command = ["mpirun", "-n", str(ranks), str(program), *map(str, words)]
-    environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1",
-                       OMPI_MCA_hwloc_base_binding_policy="none")
-    if os.geteuid() == 0:
-        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-    process = subprocess.Popen(command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+    process = subprocess.Popen(command, cwd=folder, env=environment(ranks), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True, errors="replace")
     try:
         said, _ = process.communicate(timeout=TIMEOUT)

@@ -15,6 +15,9 @@ import sys
 import tempfile
 import time
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "verify"))
+from program import environment  # noqa: E402
+
 LONG = ["-bs_lattice_type", "chain", "-bs_lattice_size", "9", "-ts_dt", "1e-4", "-ts_max_time", "1000", "-bs_output", "run.h5md",
         "-bs_output_interval", "1e-2"]
 GIANT = ["-bs_lattice_type", "cubic", "-bs_lattice_size", "250,250,250", "-ts_max_steps", "1", "-ts_type", "euler"]
@@ -23,12 +26,8 @@ CRASHES = {signal.SIGSEGV: "segmentation fault", signal.SIGBUS: "bus error", sig
 
 
 def start(program, ranks, words, folder, memory=None):
-    environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1",
-                       OMPI_MCA_hwloc_base_binding_policy="none")
-    if os.geteuid() == 0:
-        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     limit = (lambda: resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))) if memory else None
-    return subprocess.Popen(["mpirun", "-n", str(ranks), str(program), *words], cwd=folder, env=environment, text=True,
+    return subprocess.Popen(["mpirun", "-n", str(ranks), str(program), *words], cwd=folder, env=environment(ranks), text=True,
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit)
 
 

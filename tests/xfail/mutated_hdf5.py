@@ -27,6 +27,7 @@ import subprocess
 import tempfile
 
 import bad_lattices
+from program import environment
 
 PROGRAM = None  # set by main
 TIMEOUT = 60  # [s]
@@ -184,13 +185,9 @@ def limit():
 def run(program, ranks, words, folder):
     """Returns the exit code (None: did not end), what was said, and the largest process [kB]."""
     command = [str(word) for word in ["mpirun", "-n", ranks, program, *words, *STEP]]
-    environment = dict(os.environ, OMPI_MCA_rmaps_base_oversubscribe="1", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1",
-                       OMPI_MCA_hwloc_base_binding_policy="none")
-    if os.geteuid() == 0:
-        environment.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     said = folder / "said"
     with open(said, "wb") as out:
-        process = subprocess.Popen(["timeout", "--foreground", str(TIMEOUT), *command], cwd=folder, env=environment,
+        process = subprocess.Popen(["timeout", "--foreground", str(TIMEOUT), *command], cwd=folder, env=environment(int(ranks)),
                                    stdin=subprocess.DEVNULL, stdout=out, stderr=out, preexec_fn=limit)
         _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)

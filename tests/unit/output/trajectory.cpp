@@ -81,9 +81,10 @@ struct Look {
     return all;
   }
   haddr_t address(const std::string& path) const {
-    H5O_info_t info;
-    H5Oget_info_by_name(file, path.c_str(), &info, H5P_DEFAULT);
-    return info.addr;
+    H5 object(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose);
+    haddr_t at = HADDR_UNDEF;
+    REQUIRE(find_h5_header(object, &at) >= 0);
+    return at;
   }
   std::string text(const std::string& path, const char* name) const {
     H5 object(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose);
