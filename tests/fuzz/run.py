@@ -22,7 +22,7 @@ LIMITS = ["-timeout=60", "-rss_limit_mb=1024", "-malloc_limit_mb=256", "-max_len
 
 
 def skip(why):
-    print(f"{why}: apt install clang libclang-rt-14-dev\n0 passed, 0 failed, {len(READERS)} skipped")
+    print(f"{why}: apt install clang libclang-rt-dev\n0 passed, 0 failed, {len(READERS)} skipped")
     return 77
 
 

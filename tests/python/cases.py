@@ -76,6 +76,17 @@ def bent_cell():
     return {**net, "fixed": [0], "angles": {"triples": triples, "stiffness": np.linspace(0.2, 0.4, 5), "rest_angle": np.linspace(2.5, 3.5, 5)}}
 
 
+def folded_cell():
+    """The periodic net in three dimensions, folded along its diagonals, with hinges at some of them, also across the edges of the box."""
+    net, n = cell(), 5
+    x = np.column_stack([net["x"], 0.15 * np.random.default_rng(6).standard_normal(n * n)])
+    row, column = np.array([0, 1, 2, 4, 4, 3]), np.array([0, 2, 4, 1, 4, 3])
+    at = lambda r, c: r % n * n + c % n
+    quads = np.stack([at(row, column), at(row + 1, column + 1), at(row, column + 1), at(row + 1, column)], axis=1)
+    return {**net, "x": x, "shift": np.pad(net["shift"], ((0, 0), (0, 1))), "box": (n, n, 40), "fixed": [0],
+            "hinges": {"quads": quads, "stiffness": np.linspace(0.2, 0.4, 6), "rest_angle": np.linspace(-0.3, 0.5, 6)}}
+
+
 def weak():
     """The patch with springs that break, those of few rows as they lie below the others' limits."""
     return {**sheet(), "breaking": {"critical_strain": np.random.default_rng(1).uniform(0.02, 0.4, 101)}}

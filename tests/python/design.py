@@ -4,15 +4,15 @@ from helpers import python, raised
 from scipy.optimize import minimize
 
 import backspring as bs
-from cases import bent_cell, cell, sheet, strip
+from cases import bent_cell, cell, folded_cell, sheet, strip, weak
 
 # code of several ranks: prints what one rank finds, too
 ON_RANKS = '''
 import backspring as bs, numpy as np
 from mpi4py import MPI
-from cases import bent_cell, sheet, strip
+from cases import bent_cell, folded_cell, sheet, strip
 for net, count, options in ((sheet(), 2, dict(loads={"bottom": (0.3, -20.0)})), (strip(), 6, dict(loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax")),
-                            (bent_cell(), 4, dict(bs_box_strain="xy=velocity:0.05"))):
+                            (bent_cell(), 4, dict(bs_box_strain="xy=velocity:0.05")), (folded_cell(), 4, dict(bs_box_strain="xy=velocity:0.05"))):
     net = bs.Lattice(**net)
     slope = np.random.default_rng(5).standard_normal(net.x.shape)
     found = []
@@ -71,13 +71,20 @@ def sensitivities():
     rng = np.random.default_rng(1)
     laws = bs.Lattice(**sheet(), law=[("hooke", "strain", "polynomial", "tension")[k % 4] for k in range(n)],
                       spring_columns={"stiffness_2": rng.uniform(-5, 5, n), "stiffness_3": rng.uniform(0, 5, n)})
-    weak = dict(loads={"bottom": (0.3, -2.0)}, load_steps=4)
-    assert differences(laws, both, **weak) < 1e-7 and differences(laws, ("stiffness_2", "stiffness_3"), step=1e-2, **weak) < 1e-5
+    light = dict(loads={"bottom": (0.3, -2.0)}, load_steps=4)
+    assert differences(laws, both, **light) < 1e-7 and differences(laws, ("stiffness_2", "stiffness_3"), step=1e-2, **light) < 1e-5
     assert differences(bs.Lattice(**cell(), fixed=[0]), both, bs_box_strain="xy=velocity:0.05") < 1e-7
     hung = dict(loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax")
     bends = ("angle_stiffness", "angle_rest_angle", "hinge_stiffness", "hinge_rest_angle")
     assert differences(bs.Lattice(**strip()), both, **hung) < 1e-6 and differences(bs.Lattice(**strip()), bends, rows=2, **hung) < 1e-6
-    assert differences(bs.Lattice(**bent_cell()), (*both, *bends[:2]), bs_box_strain="xy=velocity:0.05") < 1e-6
+    sheared = dict(bs_box_strain="xy=velocity:0.05")
+    assert differences(bs.Lattice(**bent_cell()), (*both, *bends[:2]), **sheared) < 1e-6
+    assert differences(bs.Lattice(**folded_cell()), (*both, *bends[2:]), rows=3, **sheared) < 1e-6
+    torn = dict(loads={"bottom": (0.3, -8.0)}, load_steps=4)  # eight springs break
+    assert differences(bs.Lattice(**weak()), both, rows=8, **torn) < 1e-7
+    with bs.Statics(bs.Lattice(**weak()), **torn) as solver:
+        eq = solver.solve()
+        assert eq.broken.sum() == 8 and not solver.sensitivities(eq.x)["stiffness"][eq.broken].any()
     with bs.Statics(bs.Lattice(**cell())) as solver:
         solver.solve()
         with raised(bs.InputError, "tied to nothing"):
@@ -186,6 +193,7 @@ def soft_beside_stiff():
 
 
 def on_ranks():
-    """The same on three ranks as on one."""
-    done = python(ON_RANKS, 3, timeout=120)
-    assert done.returncode == 0, done.stdout + done.stderr
+    """The same on three ranks as on one, and on eight, of which some have no particle of the strip."""
+    for ranks in (3, 8):
+        done = python(ON_RANKS, ranks, timeout=120)
+        assert done.returncode == 0, done.stdout + done.stderr
