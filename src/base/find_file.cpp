@@ -11,7 +11,7 @@
 #include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"
-#include "base/option_names.hpp"
+#include "base/recalled_options.hpp"
 #include "base/text.hpp"
 
 namespace bs {

@@ -1,4 +1,4 @@
-// The options that are given, also those whose names the user makes up, and the files that they name; those that a checkpoint brought.
+// The options that are given, also those whose names the user makes up, and the files that they name.
 #pragma once
 #include <petscsys.h>
 #include <initializer_list>
@@ -47,27 +47,5 @@ PetscErrorCode check_viewers(MPI_Comm comm);
 /// Collective. Ends the run with exit code 2 where a tolerance of PETSc's solvers, under whatever prefix, is negative or no number, or a relative one
 /// not below 1: since 3.22 some negative numbers are PETSc's words for "as before", which it takes without a word.
 PetscErrorCode check_tolerances(MPI_Comm comm);
-
-// Options that a checkpoint brought and not the user. A checkpoint may be somebody else's: what it names is not written, and read only where the user
-// already is.
-
-/// Local. From now on `option` (with its dash, in any case) counts as brought by the checkpoint `from`. `own`: it names the trajectory or the
-/// checkpoint that this run goes on with.
-void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, bool own);
-
-/// Local. Whether a checkpoint brought it.
-bool is_recalled(MPI_Comm comm, const std::string& option);
-
-/// Collective. Takes `option` out of PETSc's table if a checkpoint brought it, unless it was noted as the run's own; to be called by the reader of
-/// every option that names something to write.
-PetscErrorCode withdraw_recalled(MPI_Comm comm, const std::string& option);
-
-/// Collective. One warning with every option that was left out so far; for those left out later there is a warning each, at once.
-PetscErrorCode leave_out(MPI_Comm comm, const std::string& from, const std::string& option, const std::string& value);
-PetscErrorCode warn_left_out(MPI_Comm comm);
-
-/// Local. Why the file `path`, which `option` names, is not read: a checkpoint brought the option, and the file is not a regular one below the
-/// working folder, the checkpoint's or one of the program's. Empty if it is read.
-std::string fault_of_recalled_input(MPI_Comm comm, const std::string& option, const std::string& path);
 
 }  // namespace bs

@@ -7,7 +7,7 @@
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
-#include "base/option_names.hpp"
+#include "base/recalled_options.hpp"
 #include "base/text.hpp"
 
 namespace bs {

@@ -12,6 +12,7 @@
 #include "base/find_file.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "base/recalled_options.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/fresh_file.hpp"
 #include "output/output_locks.hpp"

@@ -7,8 +7,8 @@
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
-#include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "base/recalled_options.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "tasks/matrices.hpp"
 
