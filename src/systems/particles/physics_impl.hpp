@@ -122,10 +122,10 @@ class PairForcesOf final : public PairForces {
     for (auto& rows : rows_) rows.clear();
     law_.clear();
     plain_.clear();
-    for (PetscInt i = 0; i < net_.n; ++i) add_row(i);
+    for (PetscInt i = 0; i < net_.n; ++i) lay_row(i);
   }
 
-  void add_row(PetscInt i) {
+  void lay_row(PetscInt i) {
     const Links& links = net_.links;
     rows_[static_cast<int>(net_.boundary(i) ? Part::boundary : Part::interior)].push_back(i);
     law_.push_back(law_of_links(i));
