@@ -17,6 +17,7 @@ from program import environment, words
 
 BLOCK = {"bs_lattice_type": "cubic", "bs_lattice_size": (5, 5, 5), "bs_lattice_spacing": 0.2, "bs_lattice_fixed": "zmin",
          "bs_lattice_stiffness": 4000, "bs_spring_law": "strain", "bs_gravity": (0, 0, -9.81), "ts_dt": 0.01, "ts_max_time": 0.1}
+SLOWER = int(os.environ.get("BS_SLOWER", 1))  # how much longer a sanitised build takes
 
 
 def start(checks, folder, options, ranks=1):
@@ -25,7 +26,7 @@ def start(checks, folder, options, ranks=1):
 
 
 def finish(process, timeout=120):
-    out, err = process.communicate(timeout=timeout * int(os.environ.get("BS_SLOWER", 1)))
+    out, err = process.communicate(timeout=timeout * SLOWER)
     return process.returncode, out, err
 
 
@@ -78,7 +79,7 @@ def failures(checks, folder):
 
 
 def interruptions(checks, folder):
-    long = dict(BLOCK, ts_max_time=1e4, bs_output="long.h5md", bs_output_interval=0.05, bs_overwrite=True)
+    long = dict(BLOCK, ts_max_time=1e4, bs_output="long.h5md", bs_output_interval=0.05, bs_output_flush=0.2, bs_overwrite=True)
     path = pathlib.Path(folder) / "long.h5md"
     for sent, expected in ((signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGKILL, -9)):
         if path.exists():
@@ -86,7 +87,7 @@ def interruptions(checks, folder):
         process = start(checks, folder, long)
         while not path.exists() or path.stat().st_size < 50000:
             time.sleep(0.2)
-        time.sleep(1)
+        time.sleep(SLOWER)
         process.send_signal(sent)
         code, out, err = finish(process)
         count, whole = frames(path)
