@@ -11,8 +11,9 @@ ON_RANKS = '''
 import backspring as bs, numpy as np
 from mpi4py import MPI
 from cases import bent_cell, folded_cell, sheet, strip
-for net, count, options in ((sheet(), 2, dict(loads={"bottom": (0.3, -20.0)})), (strip(), 6, dict(loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax")),
-                            (bent_cell(), 4, dict(bs_box_strain="xy=velocity:0.05")), (folded_cell(), 4, dict(bs_box_strain="xy=velocity:0.05"))):
+nets = ((sheet(), 2, dict(loads={"bottom": (0.3, -20.0)})), (strip(), 6, dict(loads={"tip": (0, 0, -0.3)}, bs_group_tip="xmax")),
+        (bent_cell(), 4, dict(bs_box_strain="xy=velocity:0.05")), (folded_cell(), 4, dict(bs_box_strain="xy=velocity:0.05")))
+for net, count, options in nets[1:2] if MPI.COMM_WORLD.size == 8 else nets:
     net = bs.Lattice(**net)
     slope = np.random.default_rng(5).standard_normal(net.x.shape)
     found = []
@@ -193,7 +194,7 @@ def soft_beside_stiff():
 
 
 def on_ranks():
-    """The same on three ranks as on one, and on eight, of which some have no particle of the strip."""
+    """The same on three ranks as on one, and on eight, of which some have no particle of the strip, which has six."""
     for ranks in (3, 8):
         done = python(ON_RANKS, ranks, timeout=120)
         assert done.returncode == 0, done.stdout + done.stderr
