@@ -22,7 +22,7 @@ install_packages() {
   for p in $missing; do
     if apt-cache show "$p" >/dev/null 2>&1; then known="$known $p"; else unknown="$unknown $p"; fi
   done
-  [ -z "$unknown" ] || say "not in this distribution, tests that want it are skipped:$unknown"
+  [ -z "$unknown" ] || say "not in this distribution, left out:$unknown"
   [ -z "$known" ] && return 0
   say "installing:$known"
   $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $known >/dev/null

@@ -1,13 +1,9 @@
 """What three ranks do together: forces of supports, and loops over motions that some of them leave."""
-import os
-import subprocess
-import sys
-
-from helpers import HERE, PROGRAM, PYTHON
+from helpers import PROGRAM, python
 
 HEAD = f"""
 import sys
-sys.path.insert(0, {str(HERE)!r}); sys.argv[1:] = ["--program", {str(PROGRAM)!r}]
+sys.argv[1:] = ["--program", {str(PROGRAM)!r}]
 import backspring as bs, numpy as np
 from mpi4py import MPI
 from cases import sheet
@@ -18,8 +14,7 @@ say = lambda *words: [print(one) for one in MPI.COMM_WORLD.gather(' '.join(map(s
 
 def spoken(code, timeout=60):
     """Of a script on three ranks: how it ended, its lines in order, and its errors, without what Open MPI 5 says of networks where there is none: [HOST]..."""
-    environment = dict(os.environ, PYTHONPATH=PYTHON, SCOTCH_PTHREAD_NUMBER="1")
-    done = subprocess.run(["mpirun", "-n", "3", sys.executable, "-c", HEAD + code], capture_output=True, text=True, timeout=timeout, env=environment)
+    done = python(HEAD + code, 3, timeout=timeout)
     errors = [line for line in done.stderr.splitlines() if not (line.startswith("[") and "/opal/" in line)]
     return done.returncode, sorted(done.stdout.splitlines()), "\n".join(errors)
 
