@@ -10,11 +10,9 @@ namespace bs {
 /// Sets of 0 .. n - 1, at first of one member each.
 class DisjointSets {
  public:
-  /// No set has more than `most` members: a join that would make one does nothing.
-  DisjointSets(PetscInt n, PetscInt most) : above_(static_cast<std::size_t>(n)), size_(static_cast<std::size_t>(n), 1), most_(most) {
+  explicit DisjointSets(PetscInt n) : above_(static_cast<std::size_t>(n)), size_(static_cast<std::size_t>(n), 1) {
     std::iota(above_.begin(), above_.end(), 0);
   }
-  explicit DisjointSets(PetscInt n) : DisjointSets(n, n) {}
   /// A member of i's set, the same for all its members.
   PetscInt top(PetscInt i) {
     while (above_[i] != i) i = above_[i] = above_[above_[i]];
@@ -23,7 +21,7 @@ class DisjointSets {
   void join(PetscInt i, PetscInt j) {
     i = top(i);
     j = top(j);
-    if (i == j || size_[i] + size_[j] > most_) return;
+    if (i == j) return;
     if (size_[i] < size_[j]) std::swap(i, j);
     above_[j] = i;
     size_[i] += size_[j];
@@ -33,7 +31,6 @@ class DisjointSets {
 
  private:
   std::vector<PetscInt> above_, size_;
-  PetscInt most_;
 };
 
 }  // namespace bs

@@ -49,7 +49,8 @@ class BlockFactorOf final : public BlockFactor {
  public:
   PetscErrorCode lay_out(PairMatrix& S, double most) override {
     PetscFunctionBegin;
-    const double least = least_stiff_size(S);
+    double least = 0;
+    PetscCall(least_stiff_size(S, &least));
     PetscCall(overlap_.create(S, least));
     PetscCall(make_factor_pattern(S, least, most, &overlap_, &own_));
     const bool own = own_.made();

@@ -6,6 +6,7 @@
 #include "base/log_event.hpp"
 #include "base/memory.hpp"
 #include "base/vec_array.hpp"
+#include "linalg/factor_pattern.hpp"
 #include "linalg/galerkin.hpp"
 
 namespace bs {
@@ -14,8 +15,7 @@ namespace {
 
 constexpr double FINE = 60, FINE_BENT = 15;             // unknowns of S a coarse one stands for; the same where S has a remainder
 constexpr double MOST_HATS = 6000, MOST_RIGID = 20000;  // of these at most; hats over systems that do not fill their box
-constexpr double STIFF = 100;                           // times the usual pair: a coarse motion must not strain it
-constexpr PetscInt CLUSTER = 64;                        // points tied together at most
+constexpr double REACH = 2;                             // cells over which stiff pairs tie points together
 constexpr int BLENDS = 1;                               // steps by which groups are made to overlap: a second one saves few iterations
 
 /// Hats at most where they do: a solve of the coarse grid, which grows as their number to the power 4/3 and is every rank's own, then keeps its
@@ -25,42 +25,43 @@ double most_in_space(const Graph& graph) {
   return std::max(FEW, std::pow(PARTICLES * static_cast<double>(graph.total) / size_of(graph.comm), 0.75));
 }
 
-/// Collective. The geometric mean of the pairs' sizes.
-PetscErrorCode usual_size(const PairMatrix& S, double* usual) {
-  double sum[2] = {0, 0};
-  PetscFunctionBegin;
-  for (std::size_t k = 0; k < S.pattern().pairs(); ++k) {
-    const double size = S.pair_size(k);
-    if (size > 0) sum[0] += std::log(size), sum[1] += 1;
-  }
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, sum, 2, MPI_DOUBLE, MPI_SUM, S.graph().comm));
-  *usual = sum[1] > 0 ? std::exp(sum[0] / sum[1]) : 0;
-  PetscFunctionReturn(0);
+/// Points that stiff pairs tie to each other, as one set.
+DisjointSets stiff_clusters(const PairMatrix& S, double least) {
+  const PairPattern& pattern = S.pattern();
+  DisjointSets clusters(pattern.n);
+  for (PetscInt i = 0; i < pattern.n; ++i)
+    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k)
+      if (S.pair_size(static_cast<std::size_t>(k)) > least) clusters.join(i, pattern.other[k]);
+  return clusters;
 }
 
-/// Where each owned point counts as being for hats: its start, or the centre of those it is tied to by pairs much stiffer than the others, so that no
-/// hat strains such a pair.
-std::vector<double> tied_points(const PairMatrix& S, double usual) {
-  const PairPattern& pattern = S.pattern();
-  const Graph& graph = S.graph();
-  const int d = graph.dim;
-  DisjointSets clusters(graph.n, CLUSTER);
-  for (PetscInt i = 0; i < graph.n; ++i)
-    for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k)
-      if (S.pair_size(static_cast<std::size_t>(k)) > STIFF * usual) clusters.join(i, pattern.other[k]);
-  std::vector<double> centre(static_cast<std::size_t>(graph.n * d), 0.0), points(centre.size());
-  for (PetscInt i = 0; i < graph.n; ++i)
-    for (int c = 0; c < d; ++c) centre[clusters.top(i) * d + c] += graph.start[i * d + c] / static_cast<double>(clusters.size(i));
-  for (PetscInt i = 0; i < graph.n; ++i)
-    for (int c = 0; c < d; ++c) points[i * d + c] = centre[clusters.top(i) * d + c];
+/// Where each owned point counts as being for hats: its start or, where `clusters` are small, the centre of its own, so that no hat strains it. A
+/// cluster that reaches beyond REACH cells of the size `cell` is a body that bends and stretches: as one point it would hold the hats of all its
+/// cells.
+std::vector<double> points_of(DisjointSets& clusters, const Graph& graph, const double* cell) {
+  const std::size_t d = static_cast<std::size_t>(graph.dim), n = static_cast<std::size_t>(graph.n);
+  std::vector<double> points(graph.start.begin(), graph.start.begin() + static_cast<std::ptrdiff_t>(n * d)), low(points), high(points);
+  std::vector<double> centre(n * d, 0.0);
+  std::vector<std::uint8_t> small(n, 1);
+  const auto top = [&](std::size_t i) { return static_cast<std::size_t>(clusters.top(static_cast<PetscInt>(i))); };
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t c = 0, t = top(i); c < d; ++c) {
+      const double x = graph.start[i * d + c];
+      centre[t * d + c] += x / static_cast<double>(clusters.size(static_cast<PetscInt>(i)));
+      low[t * d + c] = std::min(low[t * d + c], x);
+      high[t * d + c] = std::max(high[t * d + c], x);
+      if (high[t * d + c] - low[t * d + c] > REACH * cell[c]) small[t] = 0;
+    }
+  for (std::size_t i = 0; i < n; ++i)
+    if (small[top(i)]) std::copy_n(centre.data() + top(i) * d, d, points.data() + i * d);
   return points;
 }
 
 /// The floating-point operations it took.
 template <int d>
-double add_product(const PairMatrix& S, bool rigid, const HatGrid& grid, const RigidMotions& motions, CoarseMatrix* E) {
-  if (rigid) return add_galerkin<d>(S, RigidColumns<d>(motions, S.graph()), E);
-  return add_galerkin<d>(S, HatColumns<d>(grid, S.graph()), E);
+double add_product(const PairMatrix& S, bool rigid, const HatGrid& grid, double least, const RigidMotions& motions, CoarseMatrix* E) {
+  if (rigid) return add_galerkin<d>(S, RigidColumns<d>(motions, S.graph()), 0, E);
+  return add_galerkin<d>(S, HatColumns<d>(grid, S.graph()), least, E);
 }
 
 }  // namespace
@@ -80,19 +81,24 @@ PetscErrorCode CoarseSpace::make_grid(PairMatrix& S, PetscInt unknowns) {
   const int d = graph.dim;
   const double all = static_cast<double>(graph.total * d), fine = S.remainder().created() ? FINE_BENT : FINE;
   bool filled = false;
-  double usual = 0;
   PetscFunctionBegin;
-  PetscCall(usual_size(S, &usual));
-  std::vector<double> points = tied_points(S, usual);
+  PetscCall(least_stiff_size(S, &least_));
+  std::vector<double> points(graph.start.begin(), graph.start.begin() + graph.n * d);
   PetscCall(S.append_ghosts(&points));
   const auto create = [&](double wanted) { return grid_.create(graph.comm, d, graph.n, points, graph.fixed, static_cast<PetscInt>(wanted / d)); };
   const double open = std::min(MOST_HATS, all / fine), solid = std::min(most_in_space(graph), all / fine);
   PetscCall(create(unknowns >= 0 ? std::min(static_cast<double>(unknowns), all) : open));
   if (unknowns < 0 && solid != open && grid_.nodes() > 0) PetscCall(grid_.fills_space(graph.comm, &filled));
   if (filled) PetscCall(create(solid));
+  if (least_ > 0 && grid_.nodes() > 0) {
+    DisjointSets clusters = stiff_clusters(S, least_);
+    points = points_of(clusters, graph, grid_.cell_size());
+    PetscCall(S.append_ghosts(&points));
+    grid_.place(points, graph.fixed);
+  }
   shares_ = static_cast<double>(grid_.particles()) * (2.0 * (1 << d) * (1 + d) - 3);
   if (E_.unknowns() != grid_.nodes() * d) {  // not asked again while its size stays
-    const double blocks = static_cast<double>(grid_.nodes()) * ((d == 3 ? 27 : d == 2 ? 9 : 3) + 1) / 2;
+    const double blocks = static_cast<double>(grid_.nodes()) * (std::pow(3, d) + 1) / 2;
     PetscCall(reserve_memory(graph.comm, {"the coarse grid (-condensed_pc_bicc_coarse)", blocks * (8 + 1.5 * d * d) * sizeof(double),
                                           "give -condensed_pc_bicc_coarse a smaller number"}));
   }
@@ -122,9 +128,9 @@ PetscErrorCode CoarseSpace::make(PairMatrix& S, PetscInt unknowns) {
   if (rigid_) PetscCall(make_motions(S, unknowns));
   else PetscCall(make_grid(S, unknowns));
   if (E_.unknowns() == 0) PetscFunctionReturn(0);
-  PetscCall(PetscLogFlops(S.dim() == 1   ? add_product<1>(S, rigid_, grid_, motions_, &E_)
-                          : S.dim() == 2 ? add_product<2>(S, rigid_, grid_, motions_, &E_)
-                                         : add_product<3>(S, rigid_, grid_, motions_, &E_)));
+  PetscCall(PetscLogFlops(S.dim() == 1   ? add_product<1>(S, rigid_, grid_, least_, motions_, &E_)
+                          : S.dim() == 2 ? add_product<2>(S, rigid_, grid_, least_, motions_, &E_)
+                                         : add_product<3>(S, rigid_, grid_, least_, motions_, &E_)));
   PetscCall(E_.factor(graph_->comm, &definite, &factored));
   active_ = definite || (rigid_ && factored);
   in_.resize(static_cast<std::size_t>(E_.unknowns()));

@@ -1,8 +1,8 @@
 // The correction of motions over many pairs, which incomplete factors do not resolve. With coarse functions Z
 //   z += Z E^-1 Z^T r,   E = Z^T S Z
-// Z are hats on a grid over the points as they started (hat_grid.hpp), or rigid motions of groups of points where they are at present
-// (rigid_motions.hpp), for thin bodies, in whose bending hats are much too stiff. Held components have no share in any function, as fixed points have
-// none. E is sparse; its factors are kept on every rank.
+// Z are hats on a grid over the points as they started (hat_grid.hpp), small clusters of stiff pairs being one point, or rigid motions of groups of
+// points where they are at present (rigid_motions.hpp), for thin bodies, in whose bending hats are much too stiff. Held components have no share in
+// any function, as fixed points have none. E is sparse; its factors are kept on every rank.
 #pragma once
 #include <vector>
 #include "linalg/coarse_matrix.hpp"
@@ -30,6 +30,7 @@ class CoarseSpace {
   PetscErrorCode make_motions(PairMatrix& S, PetscInt unknowns);
   const Graph* graph_ = nullptr;
   bool active_ = false, rigid_ = false, grouped_ = false;
+  double least_ = 0;  ///< size of a stiff pair, for hats
   HatGrid grid_;
   RigidGroups groups_;
   RigidMotions motions_;

@@ -1,22 +1,28 @@
 #include "linalg/factor_pattern.hpp"
 #include <algorithm>
 #include <cmath>
+#include "base/collective.hpp"
 #include "base/handle.hpp"
 #include "linalg/solver_options.hpp"
 
 namespace bs {
 
-double least_stiff_size(const PairMatrix& S) {
-  constexpr double STIFF = 100;  // times the mean
-  double sum = 0, count = 0, largest = 0;
-  const auto note = [&](double size) {
-    if (size > 0) sum += std::log(size), ++count;
+// Pairs between ranks count on both, half each.
+PetscErrorCode least_stiff_size(const PairMatrix& S, double* least) {
+  constexpr double UNEVEN = 100, STIFF = 10;  // times the mean: the stiffest, and all that count with it
+  double sums[2] = {0, 0}, largest = 0;
+  PetscFunctionBegin;
+  const auto note = [&](double size, double part) {
+    if (size > 0) sums[0] += part * std::log(size), sums[1] += part;
     largest = std::max(largest, size);
   };
-  for (std::size_t k = 0; k < S.pattern().pairs(); ++k) note(S.pair_size(k));
-  for (std::size_t k = 0; k < S.pattern().ghost.size(); ++k) note(S.cut_size(k));
-  const double least = count > 0 ? STIFF * std::exp(sum / count) : 0;
-  return largest > least ? least : 0;
+  for (std::size_t k = 0; k < S.pattern().pairs(); ++k) note(S.pair_size(k), 1);
+  for (std::size_t k = 0; k < S.pattern().ghost.size(); ++k) note(S.cut_size(k), 0.5);
+  PetscCall(sum_over_ranks(S.graph().comm, sums, 2));
+  PetscCall(max_over_ranks(S.graph().comm, &largest));
+  const double mean = sums[1] > 0 ? std::exp(sums[0] / sums[1]) : 0;
+  *least = largest > UNEVEN * mean ? STIFF * mean : 0;
+  PetscFunctionReturn(0);
 }
 
 PetscInt FactorPattern::find(PetscInt i, PetscInt j) const {

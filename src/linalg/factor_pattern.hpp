@@ -35,8 +35,8 @@ void for_each_pair(const PairMatrix& S, const Overlap& overlap, Visit&& visit) {
   for (const Overlap::Tie& tie : overlap.ties()) visit(tie.a, tie.b, tie.numbers);
 }
 
-/// The size of a pair above which it is stiff: STIFF times the mean of this rank (geometric). 0 where none is.
-double least_stiff_size(const PairMatrix& S);
+/// Collective. The size of a pair above which it is stiff: STIFF times the mean (geometric). 0 where none is.
+PetscErrorCode least_stiff_size(const PairMatrix& S, double* least);
 
 /// Elimination of a point that two stiff pairs tie to two others ties those as stiffly. Without a block for them the soft pairs' part of the
 /// pivots drowns in what is dropped, or the pivots are not positive definite. Adds the pairs (i, j) of rows after k that pairs, or such pairs, of a

@@ -9,13 +9,14 @@ namespace bs {
 /// `Z`, the coarse functions in d dimensions, has
 ///   Columns             those of a point or of the difference of two: `count` of at most MOST nodes `node[]`, each once, and their numbers
 ///   columns(i, sign, c) adds to them those of local point i, without rows of held components; fixed points have none
-///   difference(i, j, own, c)  those of Z_i - Z_j, Z_i being `own`
+///   difference(i, j, own, stiff, c)  those of Z_i - Z_j, Z_i being `own`, of a pair that is much stiffer than others or not
 ///   multiply(B, c, q, Bz), add(c, p, Bz, to)   B Z_q for a d x d block B, and Z_p^T (B Z_q) added to a block of E
 /// and the floating-point operations of these, MULTIPLY and ADD.
 template <int d, class Z>
 class Galerkin {
  public:
-  Galerkin(const Z& z, CoarseMatrix* E) : z_(z), E_(*E) {}
+  /// `least`: the size above which pairs are stiff; 0: none is.
+  Galerkin(const Z& z, double least, CoarseMatrix* E) : z_(z), least_(least), E_(*E) {}
 
   // E_ab = sum_i Z_ia^T A_i Z_ib + sum_ij (Z_ia - Z_ja)^T B_ij (Z_ib - Z_jb) + sum_ij Z_ia^T R_ij Z_jb,  a <= b, i and j not fixed
   void sum(const PairMatrix& S) {
@@ -27,8 +28,9 @@ class Galerkin {
       if (own.count == 0) continue;
       add(own, S.node(i), own);
       for (PetscInt k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
-        z_.difference(i, pattern.other[k], own, &both);
-        add_pair(S.pair(static_cast<std::size_t>(k)), 1, both);
+        const float* pair = S.pair(static_cast<std::size_t>(k));
+        z_.difference(i, pattern.other[k], own, is_stiff(S, pair), &both);
+        add_pair(pair, 1, both);
       }
       if (S.remainder().created())
         S.remainder().for_row(i, [&](PetscInt j, const double* R) {
@@ -41,8 +43,9 @@ class Galerkin {
       own.count = 0;
       z_.columns(pattern.cut_row[r], 1, &own);
       for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k) {
-        z_.difference(pattern.cut_row[r], pattern.n + pattern.ghost[k], own, &both);
-        add_pair(S.cut(static_cast<std::size_t>(k)), 0.5, both);
+        const float* pair = S.cut(static_cast<std::size_t>(k));
+        z_.difference(pattern.cut_row[r], pattern.n + pattern.ghost[k], own, is_stiff(S, pair), &both);
+        add_pair(pair, 0.5, both);
       }
     }
   }
@@ -52,6 +55,7 @@ class Galerkin {
   static constexpr int MOST = Z::Columns::MOST;
   static constexpr std::size_t NONE = static_cast<std::size_t>(-1);
 
+  bool is_stiff(const PairMatrix& S, const float* pair) const { return least_ > 0 && S.size_of(pair) > least_; }
   void add_pair(const float* pair, double part, const typename Z::Columns& both) {
     double B[d * d];
     for (int r = 0; r < d; ++r)
@@ -89,6 +93,7 @@ class Galerkin {
   }
 
   const Z& z_;
+  double least_;
   CoarseMatrix& E_;
   int row_count_ = 0, column_count_ = 0;
   PetscInt row_[MOST], column_[MOST];
@@ -97,8 +102,8 @@ class Galerkin {
 };
 
 template <int d, class Z>
-double add_galerkin(const PairMatrix& S, const Z& z, CoarseMatrix* E) {
-  Galerkin<d, Z> product(z, E);
+double add_galerkin(const PairMatrix& S, const Z& z, double least, CoarseMatrix* E) {
+  Galerkin<d, Z> product(z, least, E);
   product.sum(S);
   return product.flops();
 }

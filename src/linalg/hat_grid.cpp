@@ -38,7 +38,12 @@ PetscErrorCode HatGrid::create(MPI_Comm comm, int dim, PetscInt n, const std::ve
     nodes_ = static_cast<PetscInt>(all);
     std::copy_n(count, 3, count_);
   }
-  if (nodes_ > 0) place(dim, points, fixed, low, high);
+  for (int c = 0; c < dim; ++c) {
+    low_[c] = low[c];
+    span_[c] = high[c] - low[c];
+    cell_size_[c] = count_[c] > 1 ? span_[c] / static_cast<double>(count_[c] - 1) : std::numeric_limits<double>::infinity();
+  }
+  if (nodes_ > 0) place(points, fixed);
   PetscFunctionReturn(0);
 }
 
@@ -54,15 +59,15 @@ PetscErrorCode HatGrid::fills_space(MPI_Comm comm, bool* yes) const {
   PetscFunctionReturn(0);
 }
 
-void HatGrid::place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, const double* high) {
+void HatGrid::place(const std::vector<double>& points, const std::vector<std::uint8_t>& fixed) {
   cell_.assign(fixed.size(), -1);
   fraction_.assign(points.size(), 0.0F);
   for (std::size_t i = 0; i < fixed.size(); ++i) {
     PetscInt at = 0, stride = 1;
     if (fixed[i]) continue;
-    for (int c = 0; c < dim; ++c) {
-      const std::size_t k = i * static_cast<std::size_t>(dim) + static_cast<std::size_t>(c);
-      const double where = count_[c] > 1 ? (points[k] - low[c]) / (high[c] - low[c]) * static_cast<double>(count_[c] - 1) : 0;
+    for (int c = 0; c < dim_; ++c) {
+      const std::size_t k = i * static_cast<std::size_t>(dim_) + static_cast<std::size_t>(c);
+      const double where = count_[c] > 1 ? (points[k] - low_[c]) / span_[c] * static_cast<double>(count_[c] - 1) : 0;
       const PetscInt whole = std::clamp<PetscInt>(static_cast<PetscInt>(where), 0, std::max<PetscInt>(0, count_[c] - 2));
       if (count_[c] > 1) fraction_[k] = static_cast<float>(where - static_cast<double>(whole));
       at += whole * stride;

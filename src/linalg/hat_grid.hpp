@@ -17,7 +17,11 @@ class HatGrid {
   /// `continued_shares` leaves out. points: (n + ghosts, d), of which the first n are owned; `fixed`: those take no part.
   PetscErrorCode create(MPI_Comm comm, int dim, PetscInt n, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed,
                         PetscInt nodes);
+  /// Local. Shares of other places of the same points, in the grid as it is.
+  void place(const std::vector<double>& points, const std::vector<std::uint8_t>& fixed);
   PetscInt nodes() const { return nodes_; }
+  /// Edges of a cell, (d); infinite where there is one layer of nodes.
+  const double* cell_size() const { return cell_size_; }
   /// Collective. Whether it has cells in three dimensions, and points in more than half of them.
   PetscErrorCode fills_space(MPI_Comm comm, bool* yes) const;
   /// Owned points that take part.
@@ -39,20 +43,21 @@ class HatGrid {
   void prolong(const double* coarse, double* z) const;
 
  private:
-  void place(int dim, const std::vector<double>& points, const std::vector<std::uint8_t>& fixed, const double* low, const double* high);
   template <int d>
   void restrict_of(const double* r, double* coarse) const;
   template <int d>
   void prolong_of(const double* coarse, double* z) const;
   int dim_ = 3;
   PetscInt n_ = 0, nodes_ = 0, particles_ = 0, count_[3] = {1, 1, 1};
+  double low_[3] = {0, 0, 0}, span_[3] = {0, 0, 0}, cell_size_[3] = {1, 1, 1};
   std::vector<std::int32_t> cell_;
   std::vector<float> fraction_;        ///< (n + ghosts, d): where in the cell, 0 to 1
   mutable std::vector<double> lanes_;  ///< room: (nodes, LANES<d>)
 };
 
 /// The hats as Galerkin wants them; a block of E has d rows of LANES<d> numbers. Where point j lies in another cell than i, but near, its shares in
-/// the nodes of i's cell are taken: the same for motions that are linear over both cells, and E joins neighbouring nodes only.
+/// the nodes of i's cell are taken: the same for motions that are linear over both cells, and E joins neighbouring nodes only. Stiff pairs do not
+/// allow that: what they bear less in E than in S makes the coarse correction too large.
 template <int d>
 class HatColumns {
  public:
@@ -90,11 +95,11 @@ class HatColumns {
         if (!(mask >> c & 1)) to->z[at][c] += sign * share[corner_[m]];
     }
   }
-  void difference(PetscInt i, PetscInt j, const Columns& own, Columns* both) const noexcept {
+  void difference(PetscInt i, PetscInt j, const Columns& own, bool stiff, Columns* both) const noexcept {
     double share[8], largest = 0;
     both->count = own.count;
     std::copy_n(own.node, own.count, both->node);
-    if (graph_.mask(i) || graph_.mask(j) || !grid_.continued_shares<d>(i, j, share)) {
+    if (stiff || graph_.mask(i) || graph_.mask(j) || !grid_.continued_shares<d>(i, j, share)) {
       std::copy_n(own.z[0], own.count * d, both->z[0]);
       columns(j, -1, both);
       return;

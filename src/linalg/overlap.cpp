@@ -25,7 +25,7 @@ PetscErrorCode Overlap::create(PairMatrix& S, double least) {
 
 /// Rows for ghosts that stiff pairs tie to owned points, directly or by way of other ghosts; ties of these.
 void Overlap::choose(const PairMatrix& S, const std::vector<std::uint8_t>& tied) {
-  DisjointSets sets(static_cast<PetscInt>(tied.size()), static_cast<PetscInt>(tied.size()));
+  DisjointSets sets(static_cast<PetscInt>(tied.size()));
   for (const Tie& tie : ties_) sets.join(tie.a, tie.b);
   std::vector<std::uint8_t> reached(tied.size(), 0);
   for (std::size_t g = 0; g < tied.size(); ++g) reached[sets.top(static_cast<PetscInt>(g))] |= tied[g];

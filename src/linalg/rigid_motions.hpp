@@ -124,7 +124,7 @@ class RigidColumns {
     for (PetscInt k = shares.start[i]; k < shares.start[i + 1]; ++k)
       add_group(i, motions_.first() + shares.group[k], sign * static_cast<double>(shares.share[k]), to);
   }
-  void difference(PetscInt, PetscInt j, const Columns& own, Columns* both) const noexcept {
+  void difference(PetscInt, PetscInt j, const Columns& own, bool, Columns* both) const noexcept {
     both->count = own.count;
     std::copy_n(own.node, own.count, both->node);
     std::copy_n(own.z[0], own.count * d * width, both->z[0]);

@@ -334,6 +334,51 @@ TEST_CASE("A coarse motion does not strain springs much stiffer than the others"
   CHECK(largest_soft > 0);
 }
 
+/// |Q S Q r - Q r| / |Q r| of Q = Z E^-1 Z^T: 0 where E is Z^T S Z.
+static double inexactness(double stiff_fraction) {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {8, 7, 9}, 3);
+  spec.neighbors = 18;
+  spec.stiff_fraction = stiff_fraction;
+  spec.stiff_factor = 1e4;
+  Case c(PETSC_COMM_WORLD, spec, 40.0);
+  MatHandle own;
+  VecHandle r, once, twice;
+  PairMatrix& S = assembled(&c, &own);
+  REQUIRE(S.create_vector(r.out()) == 0);
+  for (VecHandle* v : {&once, &twice}) REQUIRE(VecDuplicate(r, v->out()) == 0);
+  fill(c.net, r);
+  CoarseSpace coarse;
+  REQUIRE(coarse.create(S, false, 192) == 0);
+  for (VecHandle* v : {&once, &twice}) REQUIRE(VecZeroEntries(*v) == 0);
+  REQUIRE(coarse.add(r, once) == 0);
+  REQUIRE(S.multiply(once, r) == 0);
+  REQUIRE(coarse.add(r, twice) == 0);
+  return relative_difference(twice, once);
+}
+
+TEST_CASE("The matrix of a coarse grid holds exactly what hats strain where some springs are much stiffer") {
+  const double even = inexactness(0), some = inexactness(0.01), many = inexactness(0.2);
+  CAPTURE(even, some, many);
+  CHECK(even > 1e-3);  // hats are continued to the springs between cells
+  CHECK(even < 0.1);
+  CHECK(some < 0.1);
+  CHECK(many < 0.01);
+}
+
+TEST_CASE("Stiff springs tie points for hats in clusters of up to two cells; longer ones bend and stretch with the hats") {
+  GeneratorSpec spec = lattice(LatticeType::cubic, {10, 9, 11}, 3);
+  spec.neighbors = 18;
+  spec.stiff_factor = 1e4;
+  spec.stiff_fraction = 0.3;  // one cluster from side to side, of each rank's part, too
+  const Solved through = solve(spec, 375);
+  CHECK(through.uniform < 1e-6);
+  CHECK(through.linear < 0.01);  // few small clusters are left
+  spec.stiff_fraction = 0.02;
+  const Solved tied = solve(spec, 375);
+  CHECK(tied.uniform < 1e-6);
+  CHECK(tied.linear > 0.01);  // a linear motion would strain the pairs
+}
+
 TEST_CASE("The operations of a coarse grid are those counted by hand") {
   Case c(PETSC_COMM_SELF, lattice(LatticeType::chain, {9}, 1), 40.0);
   MatHandle own;
