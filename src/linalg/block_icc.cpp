@@ -150,7 +150,8 @@ PetscErrorCode set_from_options(PC pc, OptionItems PetscOptionsObject) {
   PetscCall(PetscOptionsReal("-pc_bicc_shift", "fraction of the diagonal that is added when a pivot fails, multiplied by four at every repetition",
                              "", self->shift, &self->shift, nullptr));
   PetscCall(PetscOptionsReal("-pc_bicc_fill",
-                             "blocks that eliminating pairs 100 times stiffer than the others may add to the factors, times those of the matrix; "
+                             "blocks that eliminating stiff pairs (10 times the mean and more, where some are 100 times it) may add to the factors, "
+                             "times those of the matrix; "
                              "where there would be more none are added; 0: none [1]",
                              "", self->fill, &self->fill, nullptr));
   PetscCall(

@@ -36,9 +36,9 @@ DisjointSets stiff_clusters(const PairMatrix& S, double least) {
 }
 
 /// Where each owned point counts as being for hats: its start or, where `clusters` are small, the centre of its own, so that no hat strains it. A
-/// cluster that reaches beyond REACH cells of the size `cell` is a body that bends and stretches: as one point it would hold the hats of all its
+/// cluster that reaches beyond REACH cells of `grid` is a body that bends and stretches: as one point it would hold the hats of all its
 /// cells.
-std::vector<double> points_of(DisjointSets& clusters, const Graph& graph, const double* cell) {
+std::vector<double> points_of(DisjointSets& clusters, const Graph& graph, const HatGrid& grid) {
   const std::size_t d = static_cast<std::size_t>(graph.dim), n = static_cast<std::size_t>(graph.n);
   std::vector<double> points(graph.start.begin(), graph.start.begin() + static_cast<std::ptrdiff_t>(n * d)), low(points), high(points);
   std::vector<double> centre(n * d, 0.0);
@@ -50,7 +50,7 @@ std::vector<double> points_of(DisjointSets& clusters, const Graph& graph, const 
       centre[t * d + c] += x / static_cast<double>(clusters.size(static_cast<PetscInt>(i)));
       low[t * d + c] = std::min(low[t * d + c], x);
       high[t * d + c] = std::max(high[t * d + c], x);
-      if (high[t * d + c] - low[t * d + c] > REACH * cell[c]) small[t] = 0;
+      if (high[t * d + c] - low[t * d + c] > REACH * grid.cell_size(static_cast<int>(c))) small[t] = 0;
     }
   for (std::size_t i = 0; i < n; ++i)
     if (small[top(i)]) std::copy_n(centre.data() + top(i) * d, d, points.data() + i * d);
@@ -92,7 +92,7 @@ PetscErrorCode CoarseSpace::make_grid(PairMatrix& S, PetscInt unknowns) {
   if (filled) PetscCall(create(solid));
   if (least_ > 0 && grid_.nodes() > 0) {
     DisjointSets clusters = stiff_clusters(S, least_);
-    points = points_of(clusters, graph, grid_.cell_size());
+    points = points_of(clusters, graph, grid_);
     PetscCall(S.append_ghosts(&points));
     grid_.place(points, graph.fixed);
   }

@@ -35,7 +35,7 @@ void for_each_pair(const PairMatrix& S, const Overlap& overlap, Visit&& visit) {
   for (const Overlap::Tie& tie : overlap.ties()) visit(tie.a, tie.b, tie.numbers);
 }
 
-/// Collective. The size of a pair above which it is stiff: STIFF times the mean (geometric). 0 where none is.
+/// Collective. The size of a pair above which it is stiff: STIFF times the mean (geometric), where some pair is UNEVEN times as large; 0 elsewhere.
 PetscErrorCode least_stiff_size(const PairMatrix& S, double* least);
 
 /// Elimination of a point that two stiff pairs tie to two others ties those as stiffly. Without a block for them the soft pairs' part of the

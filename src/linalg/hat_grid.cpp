@@ -41,7 +41,6 @@ PetscErrorCode HatGrid::create(MPI_Comm comm, int dim, PetscInt n, const std::ve
   for (int c = 0; c < dim; ++c) {
     low_[c] = low[c];
     span_[c] = high[c] - low[c];
-    cell_size_[c] = count_[c] > 1 ? span_[c] / static_cast<double>(count_[c] - 1) : std::numeric_limits<double>::infinity();
   }
   if (nodes_ > 0) place(points, fixed);
   PetscFunctionReturn(0);

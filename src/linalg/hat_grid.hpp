@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 #include "linalg/graph.hpp"
 #include "linalg/lanes.hpp"
@@ -20,8 +21,8 @@ class HatGrid {
   /// Local. Shares of other places of the same points, in the grid as it is.
   void place(const std::vector<double>& points, const std::vector<std::uint8_t>& fixed);
   PetscInt nodes() const { return nodes_; }
-  /// Edges of a cell, (d); infinite where there is one layer of nodes.
-  const double* cell_size() const { return cell_size_; }
+  /// The edge of a cell in direction c; infinite where there is one layer of nodes.
+  double cell_size(int c) const { return count_[c] > 1 ? span_[c] / static_cast<double>(count_[c] - 1) : std::numeric_limits<double>::infinity(); }
   /// Collective. Whether it has cells in three dimensions, and points in more than half of them.
   PetscErrorCode fills_space(MPI_Comm comm, bool* yes) const;
   /// Owned points that take part.
@@ -49,7 +50,7 @@ class HatGrid {
   void prolong_of(const double* coarse, double* z) const;
   int dim_ = 3;
   PetscInt n_ = 0, nodes_ = 0, particles_ = 0, count_[3] = {1, 1, 1};
-  double low_[3] = {0, 0, 0}, span_[3] = {0, 0, 0}, cell_size_[3] = {1, 1, 1};
+  double low_[3] = {0, 0, 0}, span_[3] = {0, 0, 0};
   std::vector<std::int32_t> cell_;
   std::vector<float> fraction_;        ///< (n + ghosts, d): where in the cell, 0 to 1
   mutable std::vector<double> lanes_;  ///< room: (nodes, LANES<d>)

@@ -356,7 +356,7 @@ static double inexactness(double stiff_fraction) {
   return relative_difference(twice, once);
 }
 
-TEST_CASE("The matrix of a coarse grid holds exactly what hats strain where some springs are much stiffer") {
+TEST_CASE("The matrix of a coarse grid counts springs much stiffer than others as hats strain them") {
   const double even = inexactness(0), some = inexactness(0.01), many = inexactness(0.2);
   CAPTURE(even, some, many);
   CHECK(even > 1e-3);  // hats are continued to the springs between cells
