@@ -47,11 +47,12 @@ bool invert(const double* A, double least, double* inverse) noexcept {
 template <int d, class Real>
 class BlockFactorOf final : public BlockFactor {
  public:
-  PetscErrorCode lay_out(PairMatrix& S, double most) override {
+  PetscErrorCode lay_out(PairMatrix& S, double most, bool everywhere) override {
     PetscFunctionBegin;
     double least = 0;
     PetscCall(least_stiff_size(S, &least));
-    PetscCall(overlap_.create(S, least));
+    if (everywhere && least == 0 && !S.remainder().created()) PetscCall(overlap_.create_everywhere(S));
+    else PetscCall(overlap_.create(S, least));
     PetscCall(make_factor_pattern(S, least, most, &overlap_, &own_));
     const bool own = own_.made();
     n_ = S.pattern().n;

@@ -54,7 +54,6 @@ PetscErrorCode set_up_coarse(PC pc) {
   BlockIcc* self = static_cast<BlockIcc*>(pc->data);
   PetscFunctionBegin;
   if (self->kept == KeptParts::coarse_space && self->coarse.active()) PetscFunctionReturn(0);
-  PetscCall(choose_space(self, *self->matrix));
   PetscCall(self->coarse.create(*self->matrix, self->chosen_space == 1, self->coarse_unknowns));
   PetscFunctionReturn(0);
 }
@@ -79,7 +78,8 @@ PetscErrorCode set_up(PC pc) {
   const bool single = self->precision == 1 || (self->precision == 0 && self->in_single && ratio <= RATIO);
   if (!self->factor || single != self->in_single || self->laid_out_for != self->matrix) {
     self->factor = create_block_factor(self->matrix->dim(), single);
-    PetscCall(self->factor->lay_out(*self->matrix, self->fill));
+    PetscCall(choose_space(self, *self->matrix));
+    PetscCall(self->factor->lay_out(*self->matrix, self->fill, self->chosen_space == 1 && self->coarse_unknowns != 0));
     if (!self->laid_out_for) PetscCall(reserve_factor(pc, *self->matrix, single));
     self->laid_out_for = self->matrix;
   }

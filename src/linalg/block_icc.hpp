@@ -1,7 +1,7 @@
 // Incomplete Cholesky factors of S by d x d blocks, on the pairs' own pattern and the fill of stiff ones:
 //   S ~ (D + U)^T D^-1 (D + U),  U_ij on the pairs i < j
 // A registered preconditioner ("bicc") for matrices of pairs; each rank factors its own part, which overlaps with others' where a stiff pair is
-// cut.
+// cut; with rigid motions beside it, whose products with S cost more than what is sent, at all cut pairs.
 #pragma once
 #include <petscpc.h>
 #include <memory>
@@ -14,8 +14,9 @@ namespace bs {
 class BlockFactor {
  public:
   virtual ~BlockFactor() = default;
-  /// Collective. The pattern, by the pairs as they are now, with fill of stiff ones up to `most` times the blocks of S; it stays.
-  virtual PetscErrorCode lay_out(PairMatrix& S, double most) = 0;
+  /// Collective. The pattern, by the pairs as they are now, with fill of stiff ones up to `most` times the blocks of S; it stays. `everywhere`: where
+  /// none are stiff, ranks overlap at all pairs.
+  virtual PetscErrorCode lay_out(PairMatrix& S, double most, bool everywhere) = 0;
   /// The rows behind those of the owned points.
   virtual Overlap& overlap() = 0;
   /// Factors S with shift times the size of each diagonal block added to its diagonal; `diagonal`: S's diagonal blocks, of all rows.

@@ -166,8 +166,8 @@ PetscErrorCode make_factor_pattern(const PairMatrix& S, double least, double mos
     PetscFunctionReturn(0);
   }
   *out = {};
-  overlap->leave_out();
-  if (!S.remainder().created()) PetscFunctionReturn(0);
+  if (least > 0) overlap->leave_out();
+  if (!S.remainder().created() && overlap->ghosts().empty()) PetscFunctionReturn(0);
   FillRows rows(S, 0, *overlap);
   rows.add_blocks(*out);
   rows.write(out);

@@ -1,5 +1,7 @@
 #include "linalg/overlap.hpp"
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <unordered_map>
 #include "base/collective.hpp"
 #include "base/disjoint_sets.hpp"
@@ -23,7 +25,14 @@ PetscErrorCode Overlap::create(PairMatrix& S, double least) {
   PetscFunctionReturn(0);
 }
 
-/// Rows for ghosts that stiff pairs tie to owned points, directly or by way of other ghosts; ties of these.
+PetscErrorCode Overlap::create_everywhere(PairMatrix& S) {
+  PetscFunctionBegin;
+  PetscCall(create(S, std::numeric_limits<double>::min()));
+  if (active_) PetscCall(set_weights(S));
+  PetscFunctionReturn(0);
+}
+
+/// Rows for ghosts that such pairs tie to owned points, directly or by way of other ghosts; ties of these.
 void Overlap::choose(const PairMatrix& S, const std::vector<std::uint8_t>& tied) {
   DisjointSets sets(static_cast<PetscInt>(tied.size()));
   for (const Tie& tie : ties_) sets.join(tie.a, tie.b);
@@ -41,7 +50,7 @@ void Overlap::choose(const PairMatrix& S, const std::vector<std::uint8_t>& tied)
   std::stable_sort(ties_.begin(), ties_.end(), [](const Tie& one, const Tie& other) { return one.a < other.a; });
 }
 
-/// Makes the list of this rank's stiff pairs, from both ends.
+/// Makes the list of this rank's pairs above `least`, from both ends.
 void Overlap::publish(const PairMatrix& S, double least) {
   const PairPattern& pattern = S.pattern();
   const Graph& graph = S.graph();
@@ -135,6 +144,32 @@ PetscErrorCode Overlap::update(PairMatrix& S, std::vector<double>* diagonal) {
     for (const PetscInt g : ghosts_) std::copy_n(all.data() + (n + g) * d, d, diagonal->data() + row(g) * area + r * d);
   }
   PetscFunctionReturn(0);
+}
+
+/// 1/sqrt(m) for a point that is a row of m ranks.
+PetscErrorCode Overlap::set_weights(PairMatrix& S) {
+  const PetscInt n = S.pattern().n, d = S.dim();
+  std::vector<double> rows(static_cast<std::size_t>(S.pattern().ghosts * d), 0.0), all;
+  VecHandle count;
+  PetscFunctionBegin;
+  PetscCall(S.create_vector(count.out()));
+  PetscCall(VecSet(count, 1));
+  for (const PetscInt g : ghosts_) rows[static_cast<std::size_t>(g * d)] = 1;
+  PetscCall(S.add_ghosts(rows, count));
+  {
+    const ReadArray m(count);
+    PetscCall(send(
+        S, [&](PetscInt i, PetscInt) { return 1 / std::sqrt(m[i * d]); }, &all));
+  }
+  weight_.clear();
+  for (PetscInt i = 0; i < n; ++i) weight_.push_back(all[static_cast<std::size_t>(i * d)]);
+  for (const PetscInt g : ghosts_) weight_.push_back(all[static_cast<std::size_t>((n + g) * d)]);
+  PetscFunctionReturn(0);
+}
+
+void Overlap::weigh(PetscInt d, std::vector<double>* rows) const {
+  for (std::size_t k = 0; k < weight_.size(); ++k)
+    for (PetscInt c = 0; c < d; ++c) (*rows)[k * static_cast<std::size_t>(d) + static_cast<std::size_t>(c)] *= weight_[k];
 }
 
 PetscErrorCode Overlap::fetch(PairMatrix& S, Vec in) {

@@ -1,5 +1,5 @@
-// Points of other ranks that stiff pairs tie to owned ones: incomplete factors of a rank hold them as rows of their own, behind those of the
-// owned points, so that the blocks of the ranks overlap where a cut pair is stiff.
+// Points of other ranks that pairs tie to owned ones: incomplete factors of a rank hold them as rows of their own, behind those of the owned points,
+// so that the blocks of the ranks overlap, where a cut pair is stiff or at all of them.
 #pragma once
 #include <vector>
 #include "linalg/pair_matrix.hpp"
@@ -8,15 +8,18 @@ namespace bs {
 
 class Overlap {
  public:
-  /// A stiff pair between two ghosts that are rows, a < b.
+  /// A pair between two ghosts that are rows, a < b.
   struct Tie {
     PetscInt a, b;
     float numbers[4];  ///< (w, t) of PairMatrix
-    PetscInt slot;     ///< its place among the stiff pairs of a
+    PetscInt slot;     ///< its place among the pairs of a that are sent
   };
 
-  /// Collective. `least`: the size of pairs of S above which this rank takes them for stiff; 0: none.
+  /// Collective. At pairs of S whose size is above `least`; 0: at none.
   PetscErrorCode create(PairMatrix& S, double least);
+  /// Collective. At all pairs. Of a point that is a row of m ranks each of them is then given the 1/sqrt(m)-th part, and so much of its result
+  /// counts: where stiff pairs end at points with different m, this would strain them.
+  PetscErrorCode create_everywhere(PairMatrix& S);
   /// Not collective. This rank has no such rows after all.
   void leave_out() {
     row_.assign(row_.size(), -1);
@@ -30,7 +33,9 @@ class Overlap {
   PetscErrorCode apply(PairMatrix& S, Vec in, Vec out, Solve&& solve) {
     PetscFunctionBegin;
     PetscCall(fetch(S, in));
+    weigh(S.dim(), &in_);
     solve(in_.data(), out_.data());
+    weigh(S.dim(), &out_);
     PetscCall(add(S, out));
     PetscFunctionReturn(0);
   }
@@ -49,16 +54,19 @@ class Overlap {
   PetscErrorCode find_ties(PairMatrix& S);
   template <class Value>
   PetscErrorCode send(PairMatrix& S, Value&& value, std::vector<double>* all) const;
+  PetscErrorCode set_weights(PairMatrix& S);
+  void weigh(PetscInt d, std::vector<double>* rows) const;
   PetscErrorCode fetch(PairMatrix& S, Vec in);
   PetscErrorCode add(PairMatrix& S, Vec out);
 
   bool active_ = false;
-  PetscInt slots_ = 0;  ///< stiff pairs of a point, at most, on all ranks
+  PetscInt slots_ = 0;  ///< such pairs of a point, at most, on all ranks
   std::vector<PetscInt> ghosts_, row_;
   std::vector<Tie> ties_;
-  /// Stiff pairs of owned points, in compressed rows: their numbers, and the global number of the other end.
+  /// Pairs of owned points above `least`, in compressed rows: their numbers, and the global number of the other end.
   std::vector<PetscInt> start_, other_;
   std::vector<const float*> numbers_;
+  std::vector<double> weight_;             ///< of rows; empty: 1
   std::vector<double> in_, out_, values_;  ///< room
 };
 

@@ -223,6 +223,57 @@ TEST_CASE("factors overlap where stiff springs are cut, as additive Schwarz does
   CHECK(counts.ordered > 0);
 }
 
+/// As worst_difference, of factors that overlap everywhere: sum over ranks of W R^T M^-1 R W b, W = 1/sqrt of how many ranks have the particle.
+double worst_everywhere(const GeneratorSpec& spec, int* rows) {
+  Case c(PETSC_COMM_WORLD, spec, 30.0);
+  MatHandle S;
+  VecHandle b, z;
+  PairMatrix& matrix = assembled(&c, &S);
+  const std::unique_ptr<BlockFactor> factor = create_block_factor(matrix.dim(), false);
+  std::vector<double> diagonal;
+  REQUIRE(matrix.create_vector(b.out()) == 0);
+  REQUIRE(VecDuplicate(b, z.out()) == 0);
+  fill(c.net, b);
+  REQUIRE(factor->lay_out(matrix, 16, true) == 0);
+  matrix.diagonal_blocks(&diagonal);
+  REQUIRE(factor->overlap().update(matrix, &diagonal) == 0);
+  REQUIRE(factor->factor(matrix, diagonal, 0));
+  const auto solve = [&](const double* in, double* out) { factor->solve(in, out); };
+  if (factor->overlap().active()) {
+    REQUIRE(factor->overlap().apply(matrix, b, z, solve) == 0);
+  } else {
+    const ReadArray in(b);
+    solve(in.data(), WriteArray(z).data());
+  }
+  std::vector<PetscInt> particles(c.net.global.begin(), c.net.global.begin() + c.net.n);
+  for (const PetscInt g : factor->overlap().ghosts()) particles.push_back(c.net.global[c.net.n + g]);
+  CHECK(static_cast<PetscInt>(particles.size()) == c.net.n + c.net.ghosts);
+  const std::size_t d = static_cast<std::size_t>(c.net.dim);
+  std::vector<double> right = gathered(b), count(right.size() / d, 0.0);
+  for (const PetscInt p : particles) count[static_cast<std::size_t>(p)] += 1;
+  MPI_Allreduce(MPI_IN_PLACE, count.data(), static_cast<int>(count.size()), MPI_DOUBLE, MPI_SUM, PETSC_COMM_WORLD);
+  *rows += static_cast<int>(factor->overlap().ghosts().size());
+  for (std::size_t k = 0; k < right.size(); ++k) right[k] /= std::sqrt(count[k / d]);
+  std::vector<double> expected = schwarz(columns_of(S, b), particles, particles.size(), d, 1e300, right, {});
+  for (std::size_t k = 0; k < right.size(); ++k) expected[k] /= std::sqrt(count[k / d]);
+  return worst_of(gathered(z), expected);
+}
+
+TEST_CASE("factors that overlap at all springs count what several ranks have in parts") {
+  int ranks = 1, rows = 0;
+  MPI_Comm_size(PETSC_COMM_WORLD, &ranks);
+  for (const int d : {1, 2, 3}) {
+    CAPTURE(d);
+    GeneratorSpec spec = d == 1 ? lattice(LatticeType::chain, {17}, d) : lattice(LatticeType::square, {8, 5}, d);
+    if (d > 1) spec.neighbors = 8;
+    CHECK(worst_everywhere(spec, &rows) < 1e-7);
+  }
+  GeneratorSpec spec = lattice(LatticeType::cubic, {6, 5, 4}, 3);
+  spec.neighbors = 18;
+  CHECK(worst_everywhere(spec, &rows) < 1e-7);
+  CHECK((ranks == 1) == (rows == 0));
+}
+
 TEST_CASE("factors with fill of stiff springs leave out what is held of rollers") {
   int ranks = 1;
   Counts counts;

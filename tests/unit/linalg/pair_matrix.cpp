@@ -226,7 +226,7 @@ static double worst_of_chain(int d, bool single, double shift, double sigma = 30
   REQUIRE(c.tangent.create(CondensedStorage::springs, S.out()) == 0);
   REQUIRE(c.tangent.assemble(positive, S) == 0);
   auto factor = create_block_factor(d, single);
-  REQUIRE(factor->lay_out(*PairMatrix::from(S), 1) == 0);
+  REQUIRE(factor->lay_out(*PairMatrix::from(S), 1, false) == 0);
   std::vector<double> diagonal;
   PairMatrix::from(S)->diagonal_blocks(&diagonal);
   if (!factor->factor(*PairMatrix::from(S), diagonal, shift)) return -1;
@@ -310,7 +310,7 @@ TEST_CASE("the shift of the preconditioner grows until its factors exist") {
   REQUIRE(PCApply(pc, b, z) == 0);
   auto factor = create_block_factor(3, false);
   std::vector<double> diagonal, expected(static_cast<std::size_t>(c.net.n * 3));
-  REQUIRE(factor->lay_out(matrix, 1) == 0);
+  REQUIRE(factor->lay_out(matrix, 1, false) == 0);
   matrix.diagonal_blocks(&diagonal);
   double shift = 0;
   int refused = 0;
