@@ -49,6 +49,16 @@ InteractionNumber interaction_number(const std::string& name) {
   return {};
 }
 
+/// Whether a number of that name says something about spring k, whose law may take none.
+static bool takes(const Lattice& lattice, std::size_t k, const std::string& name) {
+  const auto named = [&](const SpringParameter& one) { return name == one.name; };
+  const std::vector<SpringParameter> all = spring_parameters();
+  if (std::none_of(all.begin(), all.end(), named)) return true;
+  const std::size_t law = lattice.spring_laws.empty() ? static_cast<std::size_t>(lattice.spring_law) : lattice.spring_laws[k];
+  const std::vector<SpringParameter>& its = spring_laws()[law].parameters;
+  return std::any_of(its.begin(), its.end(), named);
+}
+
 std::vector<double> NumberColumn::values() const {
   std::vector<double> all(size());
   for (std::size_t k = 0; k < all.size(); ++k) all[k] = (*this)[k];
@@ -83,7 +93,9 @@ std::vector<std::string> interaction_numbers(const Lattice& lattice) {
   return names;
 }
 
-bool change_numbers(Lattice* lattice, const std::string& name, const std::vector<double>& all, std::string* why) {
+// What a law takes no number of that name for is 0, as in a lattice that is read.
+bool change_numbers(Lattice* lattice, const std::string& name, const std::vector<double>& given, std::string* why) {
+  std::vector<double> all = given;
   const NumberColumn column = changeable_numbers(lattice, name);
   if (!column) {
     *why =
@@ -98,11 +110,16 @@ bool change_numbers(Lattice* lattice, const std::string& name, const std::vector
                   how_many(static_cast<std::int64_t>(column.size()), std::string(of) + "{s}").c_str());
     return false;
   }
-  for (std::size_t k = 0; k < all.size(); ++k)
-    if (const char* fault = column.kind >= 0 ? interaction_fault_of(column, lattice->dim, k, all[k]) : fault_of(name, column[k], all[k])) {
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const char* const fault = column.kind >= 0           ? interaction_fault_of(column, lattice->dim, k, all[k])
+                              : takes(*lattice, k, name) ? fault_of(name, column[k], all[k])
+                                                         : nullptr;
+    if (fault) {
       *why = format("%s %zu: %s %g; %s", of, k, name.c_str(), all[k], fault);
       return false;
     }
+    if (column.kind < 0 && !takes(*lattice, k, name)) all[k] = 0;
+  }
   column.assign(all);
   return true;
 }

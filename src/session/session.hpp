@@ -149,6 +149,13 @@ class Session {
     std::int64_t number = 0;    ///< of the states that its session has saved
     std::uint64_t made_of = 0;  ///< fingerprint of the system as it was made
     SavedState::Parts shown;    ///< the state with what is held where it is
+    /// Of every motion that is given: the state with what is held where it is at its two times.
+    struct Way {
+      std::string group;
+      double from = 0, to = 0;
+      SavedState::Parts there_from, there_to;
+    };
+    std::vector<Way> ways;
     std::shared_ptr<const KeptCheckpoint> run;
     NumberTable changed;             ///< numbers that were given since it was made
     std::set<std::int64_t> removed;  ///< springs

@@ -43,6 +43,7 @@ struct Session::Impl {
   bool loading = false;                           ///< `statics` is taking load steps
   bool current = false;                           ///< the equilibrium is of the numbers of now
   bool stop_at_frame = false, finished = false, paused = false;
+  bool failed = false;  ///< the last step of the run
   bool viewed = false;  ///< somebody looks at the vector of the state
 
   PetscErrorCode perform(int* exit_code);
@@ -70,6 +71,9 @@ struct Session::Impl {
   PetscErrorCode refuse_files();
   PetscErrorCode drive(const std::string& group, double t, const std::vector<double>& rows);
   PetscErrorCode save(State* out);
+  PetscErrorCode leave_failed_run();
+  PetscErrorCode show_held(double t, Vec y, SavedState::Parts* out);
+  PetscErrorCode lead(const std::string& group, double from, double to, const SavedState::Parts& there);
   PetscErrorCode check_state(const State& state);
   PetscErrorCode restore(const State& state);
   PetscErrorCode inherit(const SavedState& equilibrium);

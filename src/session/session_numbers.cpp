@@ -70,6 +70,9 @@ PetscErrorCode Session::Impl::sensitivities(const std::vector<double>& slope, st
   for (const std::string& name : interaction_numbers(*given)) names.push_back(name);
   PetscCall(statics->sensitivities({slope.begin() + first, slope.begin() + end}, names, &found));
   for (std::size_t k = 0; k < names.size(); ++k)
+    for (const std::int64_t row : removed)  // they exert nothing, whatever their numbers
+      if (interaction_number(names[k]).kind < 0 && static_cast<std::size_t>(row) < found[k].size()) found[k][static_cast<std::size_t>(row)] = 0;
+  for (std::size_t k = 0; k < names.size(); ++k)
     if (found[k].size() == changeable_numbers(given.get(), names[k]).size()) (*out)[names[k]] = std::move(found[k]);  // else the law does not say
   PetscFunctionReturn(0);
 }
@@ -151,6 +154,7 @@ PetscErrorCode Session::Impl::set_numbers(const std::string& name, const std::ve
     }
   if (!change_numbers(given.get(), name, now, &why)) error.note(0, why);
   PetscCall(fail_if_any(comm, error));
+  now = column.values();
   column.assign(before);  // room is made for the system as it was
   PetscCall(make_room(name, now));
   column.assign(now);

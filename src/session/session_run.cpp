@@ -132,13 +132,33 @@ PetscErrorCode Session::Impl::stopped(int exit_code) const {
   PetscFunctionReturn(0);
 }
 
+/// Where a step has failed, before another one. That run does not go on: nothing that the attempt left in PETSc's steppers goes into what follows.
+/// The next one begins with the last good state, and with a method without history.
+PetscErrorCode Session::Impl::leave_failed_run() {
+  Vec y;
+  PetscFunctionBegin;
+  if (!failed || finished) PetscFunctionReturn(0);
+  for (const char* const file : {"-bs_output", "-bs_report", "-bs_checkpoint"})
+    if (is_given(file))
+      PetscCall(
+          fail(comm, Exit::solve,
+               format("the run has failed, and the file of option %s ends there: begin another one, from its checkpoint where it has one", file)));
+  PetscCall(run->state_vector(&y));
+  PetscCall(copy_into(&given_state, y));
+  PetscCall(start_anew(run->time(), steps_so_far()));
+  PetscFunctionReturn(0);
+}
+
 /// Up to the end, or so many steps.
 PetscErrorCode Session::Impl::advance(std::int64_t count) {
   const std::int64_t before = run->steps();
   std::string why;
   PetscFunctionBegin;
-  PetscCall(run->go_on(count));
-  PetscCall(run->trouble(&why));
+  const PetscErrorCode code = run->go_on(count);
+  if (!code) PetscCall(run->trouble(&why));
+  failed = code || !why.empty();
+  if (failed) PetscCall(run->return_to_good());
+  PetscCall(code);
   if (why.empty() && run->signal()) PetscCall(stopped(128 + run->signal()));
   if (why.empty() && run->steps() == before) why = "no step was taken: -ts_max_steps allows no more";
   if (!why.empty()) PetscCall(fail(comm, Exit::solve, why));
@@ -147,6 +167,7 @@ PetscErrorCode Session::Impl::advance(std::int64_t count) {
 
 PetscErrorCode Session::Impl::step(std::int64_t count) {
   PetscFunctionBegin;
+  PetscCall(leave_failed_run());
   PetscCall(begin());
   paused = false;
   for (const std::int64_t last = run->steps() + count; run->steps() < last && !paused;) {
@@ -158,6 +179,7 @@ PetscErrorCode Session::Impl::step(std::int64_t count) {
 
 PetscErrorCode Session::Impl::run_until(double t) {
   PetscFunctionBegin;
+  PetscCall(leave_failed_run());
   PetscCall(begin());
   if (!(t > run->time())) PetscFunctionReturn(0);
   PetscCall(run->set_end(t));
@@ -170,6 +192,7 @@ PetscErrorCode Session::Impl::run_until(double t) {
 PetscErrorCode Session::Impl::run_to_frame(bool* more) {
   bool spent = false;
   PetscFunctionBegin;
+  PetscCall(leave_failed_run());
   PetscCall(begin());
   PetscCall(run->out_of_steps(&spent));
   *more = !spent && !run->at_end();

@@ -119,6 +119,7 @@ PetscErrorCode Session::Impl::start_anew(double time, std::int64_t steps) {
   PetscCall(PetscOptionsSetValue(nullptr, "-ts_init_time", format("%.17g", start).c_str()));
   PetscCall(PetscOptionsClearValue(nullptr, "-bs_restart"));
   run.reset();
+  failed = false;
   locks.reset();
   PetscFunctionReturn(0);
 }
@@ -128,6 +129,7 @@ PetscErrorCode Session::Impl::drive(const std::string& group, double t, const st
   VecHandle places;
   std::vector<StatePart> parts;
   PetscFunctionBegin;
+  PetscCall(leave_failed_run());
   PetscCall(begin());
   PetscCall(require_particles());
   PetscCall(check_rows(rows));
@@ -144,11 +146,35 @@ PetscErrorCode Session::Impl::drive(const std::string& group, double t, const st
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode Session::Impl::save(State* out) {
-  Vec y;
+/// The parts of y with what is held where it is at time t.
+PetscErrorCode Session::Impl::show_held(double t, Vec y, SavedState::Parts* out) {
   VecHandle shown;
   std::vector<StatePart> parts;
   PetscFunctionBegin;
+  PetscCall(copy_into(&shown, y));
+  PetscCall(model->mechanics()->place_held(t, shown));
+  PetscCall(model->gather_state(shown, &parts));
+  PetscCall(read_parts(comm, parts, false, out));
+  PetscFunctionReturn(0);
+}
+
+/// Groups whose motion is given, all where no name is, move from where they are at time `from` to where `there` has them at `to`.
+PetscErrorCode Session::Impl::lead(const std::string& group, double from, double to, const SavedState::Parts& there) {
+  VecHandle y;
+  std::vector<StatePart> parts;
+  PetscFunctionBegin;
+  PetscCall(VecDuplicate(model->initial_state(), y.out()));
+  PetscCall(model->gather_state(model->initial_state(), &parts));  // for their vectors
+  PetscCall(put_parts(comm, there, false, parts));
+  PetscCall(model->scatter_state(y));
+  PetscCall(model->mechanics()->give_motion(group, from, to, y));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Session::Impl::save(State* out) {
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(leave_failed_run());
   PetscCall(begin());
   PetscCall(run->state_vector(&y));
   out->steps = steps_so_far();
@@ -161,10 +187,12 @@ PetscErrorCode Session::Impl::save(State* out) {
   PetscCall(run->keep(kept.get()));
   out->run = kept;
   if (!model->mechanics()) PetscFunctionReturn(0);
-  PetscCall(copy_into(&shown, y));
-  PetscCall(model->mechanics()->place_held(out->time, shown));
-  PetscCall(model->gather_state(shown, &parts));
-  PetscCall(read_parts(comm, parts, false, &out->shown));
+  PetscCall(show_held(out->time, y, &out->shown));
+  for (const Mechanics::GivenMotion& one : model->mechanics()->given_motions()) {
+    out->ways.push_back({one.group, one.from, one.to, {}, {}});
+    PetscCall(show_held(one.from, y, &out->ways.back().there_from));
+    PetscCall(show_held(one.to, y, &out->ways.back().there_to));
+  }
   PetscFunctionReturn(0);
 }
 
@@ -187,8 +215,6 @@ PetscErrorCode Session::Impl::check_state(const State& state) {
 
 /// What is broken is brought back before numbers are, which whole springs alone are given.
 PetscErrorCode Session::Impl::restore(const State& state) {
-  VecHandle shown;
-  std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(open());
   PetscCall(refuse_files());
@@ -199,13 +225,16 @@ PetscErrorCode Session::Impl::restore(const State& state) {
   PetscCall(put_state(*model, state, given_state));
   PetscCall(show_given());
   PetscCall(restore_numbers(state));
+  model->restore_sums(state.sums);  // the numbers have changed what is counted as dissipated
   resumed = state.run;
   if (state.shown.empty()) PetscFunctionReturn(0);
-  PetscCall(VecDuplicate(given_state, shown.out()));
-  PetscCall(model->gather_state(given_state, &parts));  // for their vectors
-  PetscCall(put_parts(comm, state.shown, false, parts));
-  PetscCall(model->scatter_state(shown));
-  PetscCall(model->mechanics()->give_motion("", state.time, state.time, shown));
+  PetscCall(lead("", state.time, state.time, state.shown));
+  for (const Mechanics::GivenMotion& here : model->mechanics()->given_motions())
+    for (const State::Way& way : state.ways)
+      if (way.group == here.group) {
+        PetscCall(lead(way.group, way.from, way.from, way.there_from));
+        PetscCall(lead(way.group, way.from, way.to, way.there_to));
+      }
   PetscFunctionReturn(0);
 }
 

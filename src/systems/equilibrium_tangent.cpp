@@ -76,12 +76,11 @@ PetscErrorCode Equilibrium::jacobian(double t, Vec y, Vec, double sigma, Form fo
   PetscFunctionBegin;
   PetscCall(apply_loads_at(t, y, &s));
   PetscCall(tangent_.linearise(s, rest_, moves() ? 1 / step_ : sigma, form));
-  if (moves()) {
-    PetscCall(assemble(P));
-    PetscFunctionReturn(0);
+  if (!moves()) {
+    if (rate_ == 0) PetscCall(mean_rate(&rate_));
+    tangent_.set_static(least_shift(sharp_));
   }
-  if (rate_ == 0) PetscCall(mean_rate(&rate_));
-  tangent_.set_static(least_shift(sharp_));
+  PetscCall(tangent_.offer_transposed(P));
   PetscCall(assemble(P));
   PetscFunctionReturn(0);
 }

@@ -28,6 +28,8 @@ class FirstOrderTangent final : public Tangent {
   void set_dynamic() { static_ = false; }
   /// Collective. A MATSHELL that multiplies by J.
   PetscErrorCode create_shell(Mat* J);
+  /// Collective. The shell has a product with J^T while K and D are symmetric: PETSc asks where a line search has failed, and for trust regions.
+  PetscErrorCode offer_transposed(Mat J);
 
   bool exact_symmetric() const override { return own_.exact_symmetric(); }
   bool pairwise() const override { return own_.pairwise(); }
@@ -37,7 +39,7 @@ class FirstOrderTangent final : public Tangent {
   MPI_Comm comm() const override { return own_.comm(); }
   PetscInt unknowns() const override { return own_.unknowns(); }
   PetscErrorCode multiply(Vec z, Vec y) override;
-  /// Collective. y = J^T z, which some of PETSc's nonlinear solvers want. Ends the run with exit code 2 where K or D is not symmetric.
+  /// Collective. y = J^T z, where K and D are symmetric.
   PetscErrorCode multiply_transposed(Vec z, Vec y);
   PetscErrorCode stiffness_sizes(Vec s) override;
   PetscErrorCode condense(Vec r, Vec b) override;

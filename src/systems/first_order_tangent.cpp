@@ -2,7 +2,6 @@
 #include <cmath>
 #include <numeric>
 #include "base/collective.hpp"
-#include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/petsc_versions.hpp"
 #include "base/vec_array.hpp"
@@ -55,8 +54,16 @@ PetscErrorCode FirstOrderTangent::create_shell(Mat* J) {
   PetscCall(MatSetBlockSize(*J, own_.layout().block()));
   PetscCall(MatSetVecType(*J, VECSTANDARD));
   PetscCall(set_shell_operation(*J, MATOP_MULT, shell_product<&FirstOrderTangent::multiply>));
-  PetscCall(set_shell_operation(*J, MATOP_MULT_TRANSPOSE, shell_product<&FirstOrderTangent::multiply_transposed>));
   PetscCall(set_shell_operation(*J, MATOP_VIEW, shell_view));
+  PetscCall(offer_transposed(*J));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode FirstOrderTangent::offer_transposed(Mat J) {
+  const bool symmetric = static_ ? own_.symmetric_at_rest() : own_.exact_symmetric();
+  PetscFunctionBegin;
+  if (symmetric) PetscCall(set_shell_operation(J, MATOP_MULT_TRANSPOSE, shell_product<&FirstOrderTangent::multiply_transposed>));
+  else PetscCall(MatSetOperation(J, MATOP_MULT_TRANSPOSE, nullptr));  // MatShellSetOperation leaves a function that finds none
   PetscFunctionReturn(0);
 }
 
@@ -102,11 +109,6 @@ PetscErrorCode FirstOrderTangent::multiply_transposed(Vec z, Vec y) {
   const auto entries = static_cast<std::size_t>(at.particles * at.dim);
   std::vector<double> u(entries), damping(entries, 0.0);
   PetscFunctionBegin;
-  if (!(static_ ? own_.symmetric_at_rest() : own_.exact_symmetric()))
-    PetscCall(
-        fail(comm(), Exit::input,
-             std::string("the solver that -snes_type names multiplies by the transposed Jacobian, which a shell has for symmetric tangents alone: ") +
-                 (static_ ? "" : "give -bs_operator assembled or ") + "another -snes_type"));
   if (!places_) PetscCall(VecDuplicate(own_.state_vector(), places_.out()));
   force_.resize(entries);
   const ReadArray az(z);

@@ -36,8 +36,10 @@ class Linearisation : public Pencil {
   virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
   /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.
   virtual bool exact_symmetric() const = 0;
-  /// Whether df/dx is symmetric where nothing moves, and all of it is here.
+  /// Whether df/dx is symmetric where nothing moves.
   virtual bool symmetric_at_rest() const = 0;
+  /// Whether df/dx and df/dv are all of what forces change by; else forces are computed outside without a tangent.
+  virtual bool complete() const { return true; }
   /// Collective. Predicted floating-point operations of a sparse Cholesky factorisation of that matrix, the same on any number of ranks;
   /// for small systems: the whole graph is looked at by one rank.
   virtual PetscErrorCode factor_flops(double* flops) = 0;
@@ -99,6 +101,12 @@ class Mechanics : public System {
   virtual PetscErrorCode place_held(double, Vec) { return 0; }
   /// Collective. Constraints::give.
   virtual PetscErrorCode give_motion(const std::string&, double, double, Vec) { return 0; }
+  /// Motions that are given: the group's name, and the times from and to which it is led [s]; the same on every rank.
+  struct GivenMotion {
+    std::string group;
+    double from = 0, to = 0;
+  };
+  virtual std::vector<GivenMotion> given_motions() const { return {}; }
   /// The option of a motion that is given from outside, of which checkpoints hold nothing; empty: there is none.
   virtual std::string given_motion() const { return {}; }
   /// Collective. Forces that supports and motions exert on held components of the owned particles at (t, y), m A - f, (n, d) [N]; 0 on others.

@@ -124,6 +124,8 @@ PetscErrorCode ModesRun::print_header(const std::string& method) {
                                                                   : format("(nearest to %g)", request_.near).c_str(),
                          held_by<ModeOptions>(model_.comm()).about == 1 ? "equilibrium" : "start", how_many(form_.unknowns(), "unknown").c_str()));
   lines.push_back("eigensolver: " + method);
+  if (!model_.mechanics()->linearisation().complete())
+    lines.push_back("forces that are computed outside give no tangent: the modes are those without what they change by");
   if (damped_) lines.push_back("damping is left out: the modes are those of M and K alone");
   constexpr double REST = 1e-6;
   if (largest_force_ > REST * force_size_)
@@ -214,7 +216,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* equilib
     }
     there = std::move(found.model);
     y = std::move(found.y);
-    time = equilibrium ? equilibrium->time : 1;
+    time = found.factor;
   } else {
     PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));
     there = std::move(model);

@@ -84,6 +84,8 @@ class Run {
   PetscErrorCode pause() { return TSSetConvergedReason(ts_, TS_CONVERGED_USER); }
   /// The last good state; borrowed.
   PetscErrorCode state_vector(Vec* y) const { return TSGetSolution(ts_, y); }
+  /// Collective, after a step that failed: what the attempt left in the vector of the state becomes the last good one.
+  PetscErrorCode return_to_good() { return stepper_->return_to_good(ts_); }
   /// PETSc's stepper; borrowed.
   TS stepper() const { return ts_; }
 

@@ -13,6 +13,9 @@ PetscErrorCode refuse_without_adjoint(Equilibrium& model, double t) {
   PetscFunctionBegin;
   if (!model.mechanics()->linearisation().symmetric_at_rest())
     PetscCall(fail(comm, Exit::input, "sensitivities: forces whose tangent is not symmetric have no adjoint here: leave them out"));
+  if (!model.mechanics()->linearisation().complete())
+    PetscCall(fail(comm, Exit::input,
+                   "sensitivities: forces that are computed outside change with the places by their tangent: give it, or leave them out"));
   if (!model.free_strains(t).empty())
     PetscCall(fail(comm, Exit::input, "sensitivities: a box under given stresses is not followed: give its strains (-bs_box_strain)"));
   if (model.free_bodies() > 0)

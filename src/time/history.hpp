@@ -30,6 +30,7 @@ class History {
   /// During a step: the state the last good step began with and that step's length; null where there was none.
   Vec before_last(double* step) const;
   Vec last_start() const { return past_.empty() ? nullptr : past_.back().state.get(); }
+  bool in_step() const { return open_; }  ///< whether that is of a step that is not done
 
   /// What a checkpoint holds of it, between two steps.
   void save(Facts* facts, std::vector<NamedState>* states) const;

@@ -61,6 +61,8 @@ class Stepper {
   /// What the nominal step was cut to after rejections, at the least; 0: it never was [s].
   double shortest_cut() const { return length_.shortest_cut(); }
   const RejectionWatch& rejections() const { return rejections_; }
+  /// Collective, after a step that failed: the state becomes the last good one.
+  PetscErrorCode return_to_good(TS ts);
   /// Last time whose state is good, and whether its frame is written.
   double good_time() const { return good_time_; }
   bool framed() const { return framed_; }

@@ -84,6 +84,14 @@ PetscErrorCode Stepper::is_good(TS ts, bool* good) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Stepper::return_to_good(TS ts) {
+  Vec y;
+  PetscFunctionBegin;
+  PetscCall(TSGetSolution(ts, &y));
+  if (history_.in_step() && history_.last_start()) PetscCall(VecCopy(history_.last_start(), y));
+  PetscFunctionReturn(0);
+}
+
 /// One reduction a step: is the state finite everywhere, and has a signal come, is a checkpoint due, or a flush?
 PetscErrorCode Stepper::reduce_verdict(TS ts) {
   Vec y;

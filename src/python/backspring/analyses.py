@@ -28,8 +28,17 @@ def lattice_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) 
     return net, [], forces
 
 
+def refuse_led(settings: Settings) -> None:
+    """What led an equilibrium to its place at t = 1 is elsewhere at t = 0, where a motion begins."""
+    for name, text in settings:
+        varies = name in ("-bs_box_strain", "-bs_box_rate") or (name == "-bs_anchor_motion" and text != "fixed")
+        if varies or (name.startswith("-bs_force_") and any(form in str(text) for form in ("expression:", "table:"))):
+            raise InputError(f"{name[1:]}: it has the equilibrium where it is at t = 1, and a motion begins at t = 0: give the motion another one, or a lattice "
+                             "of its own, eq.lattice.replace(x=eq.x)")
+
+
 def start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:
-    """Where a motion begins, and the settings and forces that go with it: of an equilibrium without those by which it was found."""
+    """Where a motion begins, at rest, and the settings and forces that go with it: of an equilibrium without those by which it was found."""
     lattice, settings, own = lattice_of(net, forces)
     if not isinstance(net, Equilibrium):
         return lattice, settings, own
@@ -41,7 +50,8 @@ def start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) ->
     rest = lattice.rest_length if lattice.rest_length is not None else lattice.lengths()
     found_by = ("-bs_load_", "-bs_arc_", "-bs_step_", "-bs_stop_", "-bs_stability_", "-bs_equilibria", "-bs_compliance_", "-bs_zero_modes_", "-bs_box_stress_",
                 "-bs_break_dt", "-bs_break_follow", "-bs_break_max_steps", "-bs_break_output_interval")
-    return lattice.replace(x=net.x, rest_length=rest), [one for one in settings if one[0].startswith("-bs_") and not one[0].startswith(found_by)], own
+    there = lattice.with_images().replace(x=net.x, velocity=0 * net.x, rest_length=rest)
+    return there, [one for one in settings if one[0].startswith("-bs_") and not one[0].startswith(found_by)], own
 
 
 Analysis = Callable[["Session", Settings], Tuple["Problem", "Found"]]

@@ -50,8 +50,7 @@ class Backspring(Calculator):  # type: ignore[misc]
 
     def __init__(self, net: Lattice, **options: Option) -> None:
         super().__init__()
-        shift = net.shift if net.box is None or net.shift is not None else net.nearest_shift()
-        self.net = net.replace(shift=shift, fixed=(), velocity=0.0)
+        self.net = net.with_images().replace(fixed=(), velocity=0.0)
         self.net = self.net.replace(rest_length=self.net.lengths() if net.rest_length is None else net.rest_length)
         self.options = options
         # reduced positions, which wrapping must not change

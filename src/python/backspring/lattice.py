@@ -23,6 +23,7 @@ Path = Union[str, os.PathLike[str]]
 
 # Interactions of several particles by the program's names of their kinds: what their ends are called, and how many there are.
 INTERACTIONS = {"angles": ("triples", 3), "hinges": ("quads", 4)}
+CENTRES = {"angles": 1, "hinges": 0}  # the end that the nearest images of the others are sought at
 TURN_LIMITS = ("critical_change", "critical_moment", "critical_energy", "broken")  # what they can bear, and which are broken
 
 
@@ -169,7 +170,11 @@ class Lattice:
         """(S, d) images of the box in which springs' second ends are nearest to the first ones [boxes]; of a lattice with a box."""
         if self.box is None:
             raise InputError("nearest_shift: the lattice has no box")
-        way = self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]]
+        return self._nearest(self.pairs[:, 0], self.pairs[:, 1])
+
+    def _nearest(self, first: Whole, second: Whole) -> Whole:
+        """The images in which the second of pairs of particles are nearest to the first."""
+        way = self.x[second] - self.x[first]
         repeats = np.asarray(self.periodic, int)
         middle = -np.rint(way @ np.linalg.inv(self.box)).astype(np.int64) * repeats
         best: Whole = middle
@@ -180,6 +185,19 @@ class Lattice:
             nearer = length < shortest
             best, shortest = np.where(nearer[:, None], shift, best), np.minimum(length, shortest)
         return best
+
+    def with_images(self) -> Lattice:
+        """A copy in which every image that a spring, angle spring or hinge joins is named: it stays the one that is nearest now, wherever particles are moved."""
+        if self.box is None:
+            return self
+        several: Dict[str, Any] = {}
+        for kind, (name, count) in INTERACTIONS.items():
+            rows = getattr(self, kind)
+            if rows is not None and rows.get("shift") is None:
+                ends, centre = rows[name], CENTRES[kind]
+                nearest = [self._nearest(ends[:, centre], ends[:, k]) * (k != centre) for k in range(count)]
+                several[kind] = {**rows, "shift": np.concatenate(nearest, axis=1)}
+        return self.replace(shift=self.nearest_shift() if self.shift is None else self.shift, **several)
 
     def ways(self) -> Floats:
         """(S, d) from the first end of every spring to the second [m]."""

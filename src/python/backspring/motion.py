@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import errors
 from ._library import end_session, new_session, on_all, require_same, world
-from .analyses import start_of
+from .analyses import refuse_led, start_of
 from .arguments import array_of, one_of
 from .breaks import Events
 from .changes import change, numbered
@@ -51,7 +51,11 @@ class Simulation(Watched):
                 if one is not None and not callable(one):
                     raise InputError(f"{name}: {one!r} is no function of t and a frame")
             lattice, earlier, own = start_of(net, forces)
-            return lattice, joined(earlier, loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + settings_of(options)), own
+            given = loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + settings_of(options)
+            both = joined(earlier, given)
+            if isinstance(net, Equilibrium):
+                refuse_led([one for one in both if one not in given])
+            return lattice, both, own
 
         self.lattice, settings, forces = on_all(comm, checked)
         self._sets = 0

@@ -30,7 +30,9 @@ class CallbackForces final : public Term {
   std::string lacks_potential() const override { return callback_.energy ? "" : "a force that is computed outside"; }
   void beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* sum) const override;
   void outer_sizes(double t, const LocalState& state, double* size) const override;
+  bool complete() const override { return static_cast<bool>(callback_.tangent); }
   bool symmetric() const override { return !callback_.tangent; }
+  bool depends_on_place() const override { return true; }
   bool by_rows() const override { return true; }
   bool damps() const override { return static_cast<bool>(callback_.tangent); }
   void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const override;

@@ -30,6 +30,7 @@ class Coupling final : public Term {
   void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const override;
   void supply(double t, const LocalState& state, Supply* sum) const override;
   void add_row(PetscInt i, double t, const LocalState& state, double* panel, PetscInt width) const override;
+  bool depends_on_place() const override { return true; }
   std::string lacks_potential() const override { return "a force that couples all particles"; }
   bool active() const { return mass_.active() || attracts(); }
   /// The centre is a particle: the law of attraction to a point must not act, too.

@@ -33,6 +33,7 @@ class LinearisedForces final : public Linearisation {
   void stiffness_sizes(double* size) override {
     for (const Term* term : *terms_) term->stiffness_sizes(t_, state_, size);
   }
+  bool complete() const override { return terms_->complete(); }
   bool symmetric_at_rest() const override { return !coupled_ && terms_->symmetric(); }
   bool exact_symmetric() const override { return !coupled_ && !axial_damping_ && !net_->softens && terms_->symmetric(); }
   bool pairwise() const override { return net_->interactions.empty(); }

@@ -54,7 +54,9 @@ PetscErrorCode ParticleModel::lacks_pattern(const std::string& name, const std::
 }
 
 PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::vector<double>& all) {
+  double dissipated = 0;
   PetscFunctionBegin;
+  PetscCall(terms_->dissipated(&dissipated));
   const InteractionNumber of = interaction_number(name);
   const std::size_t kind = static_cast<std::size_t>(of.kind);
   InteractionTable* const table = of.kind < 0 || kind >= net_.interactions.size() ? nullptr : &net_.interactions[kind];
@@ -76,6 +78,7 @@ PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::ve
     give_links(name, all, &net_.links);
   }
   PetscCall(note_numbers(name, all));
+  PetscCall(terms_->keep_dissipated(dissipated));
   springs_changed();
   rates_ = terms_->rates();
   PetscFunctionReturn(0);

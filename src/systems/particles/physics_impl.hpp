@@ -53,6 +53,7 @@ class PairForcesOf final : public PairForces {
   void supply(double t, const LocalState& state, Supply* sum) const override;
   void beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* sum) const override;
   std::string lacks_potential() const override;
+  bool depends_on_place() const override;
 
   void outer_sizes(double t, const LocalState& state, double* size) const override {
     for (PetscInt i = 0; i < net_.n; ++i) {

@@ -76,4 +76,14 @@ std::string PairForcesOf<d, Damper>::lacks_potential() const {
   return what;
 }
 
+template <int d, class Damper>
+bool PairForcesOf<d, Damper>::depends_on_place() const {
+  bool some = false;
+  for_each_law(laws_, [&](const auto& law) {
+    using Law = std::decay_t<decltype(law)>;
+    some = some || (law.active() && Law::potential == Potential::of_position);
+  });
+  return some;
+}
+
 }  // namespace bs

@@ -64,6 +64,8 @@ class Term {
   virtual void multiply_tangent(double, const LocalState&, const LocalState&, double*) const {}
   /// -df_i/dx_j and -df_i/dv_j side by side for every column j of the pattern, of owned particle i that is not fixed: `panel` (d, width).
   virtual void add_row(PetscInt, double, const LocalState&, double*, PetscInt) const {}
+  /// Whether it gives all of its tangent.
+  virtual bool complete() const { return true; }
   /// Whether K and D are symmetric, and whether there is a D beside those of springs and of the laws of single particles.
   virtual bool symmetric() const { return true; }
   virtual bool damps() const { return false; }
@@ -76,6 +78,8 @@ class Term {
   /// What the incremental potential changes by beyond its slope along lambda `line` (gathered as a direction), anchors at rest meanwhile:
   ///   sigma/2 m |dv|^2 + sigma (E(x + dx) - E(x) - E'.dx) + R(v + dv) - R(v) - R'.dv
   virtual void beyond_slope(double, const LocalState&, const LocalState&, double /* lambda */, double /* sigma */, PotentialChange*) const {}
+  /// Whether its forces depend on where in space particles are, not on each other's places alone.
+  virtual bool depends_on_place() const { return false; }
   /// Empty, or what of it has no potential.
   virtual std::string lacks_potential() const { return {}; }
   virtual void strain_response(const LocalState&, StrainResponse*) const {}

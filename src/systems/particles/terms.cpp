@@ -71,6 +71,7 @@ PetscErrorCode Terms::history_fields(std::vector<Field>* out) {
 void Terms::keep(const Keeper& keep) {
   for (Term* term : terms_) term->keep(keep);
   breaking_.keep(keep);
+  if (remembers()) keep("dissipated_before", dissipated_before_);
 }
 
 PetscErrorCode Terms::dissipated(double* energy) const {
@@ -78,7 +79,16 @@ PetscErrorCode Terms::dissipated(double* energy) const {
   *energy = 0;
   for (const Term* term : terms_) *energy += term->dissipated();
   PetscCall(sum_over_ranks(net_.comm, energy));
-  *energy += breaking_.dissipated();
+  *energy += breaking_.dissipated() + dissipated_before_;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Terms::keep_dissipated(double before) {
+  double now = 0;
+  PetscFunctionBegin;
+  if (!remembers()) PetscFunctionReturn(0);
+  PetscCall(dissipated(&now));
+  dissipated_before_ += before - now;
   PetscFunctionReturn(0);
 }
 
@@ -154,6 +164,10 @@ std::string Terms::lacks_potential() const {
 
 bool Terms::symmetric() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->symmetric(); });
+}
+
+bool Terms::complete() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Term* term) { return term->complete(); });
 }
 
 std::vector<double> Terms::rates() const {

@@ -35,8 +35,10 @@ class Terms {
   /// Collective. Of histories, and of kinds that may break a flag for each.
   PetscErrorCode history_fields(std::vector<Field>* out);
   void keep(const Keeper& keep);
-  /// Collective. By what is whole and by what broke [J].
+  /// Collective. By what is whole, what broke, and with numbers that were others then [J].
   PetscErrorCode dissipated(double* energy) const;
+  /// Collective. Numbers have changed: what was dissipated until then, `before`, stays.
+  PetscErrorCode keep_dissipated(double before);
 
   PetscErrorCode gather(const LocalState& state);
   void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum = nullptr) const;
@@ -47,6 +49,7 @@ class Terms {
   PotentialChange beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma) const;
   std::string lacks_potential() const;
   bool symmetric() const;
+  bool complete() const;
   std::vector<double> rates() const;
 
  private:
@@ -58,7 +61,8 @@ class Terms {
   std::vector<Term*> terms_;  ///< all of them, in order
   BreakRules rules_;
   Breaking breaking_;
-  mutable SparseBlocks blocks_;  ///< of the matrix that is being written
+  double dissipated_before_ = 0;  ///< beyond what the terms count by their present numbers [J]
+  mutable SparseBlocks blocks_;   ///< of the matrix that is being written
 };
 
 /// Collective. The message for an interaction without a force; `mine`: it occurred on this rank (at least one has it).

@@ -20,6 +20,11 @@ PetscErrorCode Stability::assess(TS ts, Mat J, Equilibrium& model, const PseudoT
   PetscInt negative = -1;
   bool found = false, known = false;
   PetscFunctionBegin;
+  if (!model.mechanics()->linearisation().complete()) {
+    skip(out);
+    note(factor, model.factor(factor), negative, Verdict::unknown);
+    PetscFunctionReturn(0);
+  }
   PetscCall(solver.is_found_minimum(factor, y, &negative, &known));
   if (!known) PetscCall(count_unstable_directions(ts, J, model, factor, y, &negative));
   if (!known && negative < 0 && iterations_ > 0 && factor > 0) {

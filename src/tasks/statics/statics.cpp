@@ -54,7 +54,7 @@ PetscErrorCode find_equilibrium(std::unique_ptr<Model> model, const RunOptions& 
   }
   if (code != 0 && (code != ERR_FAILED || out->outcome.empty())) PetscFunctionReturn(code);
   PetscCall(at_rest(solver.last() ? solver.last() : solver.equilibrium().initial_state(), out->y.out()));
-  if (out->outcome == "ok" || out->outcome.empty()) out->factor = 1;
+  out->factor = out->outcome == "ok" || out->outcome.empty() ? full : load;
   out->model = solver.let_go();
   PetscFunctionReturn(code);
 }

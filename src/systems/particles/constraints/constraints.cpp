@@ -201,6 +201,13 @@ PetscErrorCode Constraints::give(const std::string& group, double from, double t
   PetscFunctionReturn(0);
 }
 
+std::vector<Mechanics::GivenMotion> Constraints::given_motions() const {
+  std::vector<Mechanics::GivenMotion> all;
+  for (std::size_t k = 0; k < motions_.size(); ++k)
+    if (motions_[k].drive.given()) all.push_back({names_[motions_[k].group], ways_[k].from_time, ways_[k].to_time});
+  return all;
+}
+
 std::string Constraints::given() const {
   for (const Moved& one : motions_)
     if (one.drive.given()) return "-bs_motion_" + names_[one.group];

@@ -87,6 +87,8 @@ class Constraints {
   /// motion.
   PetscErrorCode give(const std::string& group, double from, double to, Vec places);
 
+  /// All such motions, and where in time they stand.
+  std::vector<Mechanics::GivenMotion> given_motions() const;
   /// The option of the first such motion; empty: there is none.
   std::string given() const;
 
