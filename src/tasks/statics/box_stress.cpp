@@ -5,6 +5,7 @@
 #include "base/vec_array.hpp"
 #include "lattice/box.hpp"
 #include "solvers/own_solve.hpp"
+#include "tasks/statics/pseudo_time.hpp"
 #include "tasks/strain_relaxation.hpp"
 
 namespace bs {
@@ -38,13 +39,13 @@ PetscErrorCode BoxStress::begin(Equilibrium& model, const StaticsSettings& setti
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode BoxStress::attach(TS ts, TSContext& context, Equilibrium& model, std::function<PetscErrorCode(SNES)> inner) {
+PetscErrorCode BoxStress::attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& inner) {
   SNES snes;
   PetscFunctionBegin;
   ts_ = ts;
   context_ = &context;
   model_ = &model;
-  inner_ = std::move(inner);
+  inner_ = &inner;
   PetscCall(VecDuplicate(model.initial_state(), good_state_.out()));
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(attach_own_solve(snes, this));
@@ -141,13 +142,12 @@ PetscErrorCode BoxStress::move(const Trial& from, double part, Vec X) {
 
 /// A new step starts from the strains of the last one, a repeated one from those that step started from.
 PetscErrorCode BoxStress::begin_step() {
-  PetscReal from, h;
+  PetscReal from;
   PetscFunctionBegin;
   PetscCall(TSGetTime(ts_, &from));
-  PetscCall(TSGetTimeStep(ts_, &h));
-  time_ = from + h;
+  PetscCall(inner_->time_of_loads(&time_));
   free_ = model_->free_strains(time_);
-  if (from != from_) {
+  if (from != from_ || !inner_->at_load_step()) {
     start_.clear();
     for (const FreeStrain& one : free_) start_.push_back(one.strain);
     from_ = from;
@@ -180,7 +180,7 @@ PetscErrorCode BoxStress::iterate(SNES snes, bool* found) {
   *found = false;
   for (int it = 0; it < MOST; ++it) {
     if (it > 0) context_->newton.set_reference(first);  // as if it was one solve
-    PetscCall(inner_(snes));
+    PetscCall(inner_->solve(snes));
     newton += snes->iter;
     snes->iter = newton;
     snes->vec_func_init_set = PETSC_FALSE;

@@ -1,7 +1,6 @@
 // Components of a periodic box that are free under a given stress: -bs_box_stress in static analyses.
 #pragma once
 #include <petscts.h>
-#include <functional>
 #include <vector>
 #include "base/error.hpp"
 #include "systems/equilibrium.hpp"
@@ -11,6 +10,8 @@
 #include "time/ts_setup.hpp"
 
 namespace bs {
+
+class PseudoTime;
 
 /// What may be missing to a given stress, of the largest that is given, or, where these are 0, of the largest there is: more is no equilibrium.
 inline constexpr double BOX_STRESS_MISSED = 1e-6;
@@ -24,7 +25,7 @@ class BoxStress {
   PetscErrorCode begin(Equilibrium& model, const StaticsSettings& settings);
   bool active() const { return active_; }
   /// Collective. `inner` solves for the particles alone in the place of SNES's solve; the arguments must outlive the solver.
-  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, std::function<PetscErrorCode(SNES)> inner);
+  PetscErrorCode attach(TS ts, TSContext& context, Equilibrium& model, PseudoTime& inner);
   /// Collective. In the place of SNES's solve.
   PetscErrorCode solve(SNES snes);
   /// The state of the next load step was come to without a step.
@@ -56,7 +57,7 @@ class BoxStress {
   TS ts_ = nullptr;
   TSContext* context_ = nullptr;
   Equilibrium* model_ = nullptr;
-  std::function<PetscErrorCode(SNES)> inner_;
+  PseudoTime* inner_ = nullptr;
   StrainRelaxation relaxed_;
   std::vector<FreeStrain> free_;      ///< as they are, with the stresses of this load step
   std::vector<double> start_, good_;  ///< strains where the load step began, and at the last equilibrium looked at

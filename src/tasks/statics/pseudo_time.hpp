@@ -38,6 +38,8 @@ class PseudoTime {
   bool is_newton() const { return newton_ && !other_; }
   /// Whether the present solve is of a load step, neither what follows a break nor what goes before the first one.
   bool at_load_step() const { return !between_load_steps_; }
+  /// The time whose loads the present solve is under.
+  PetscErrorCode time_of_loads(double* t);
   /// Collective. Whether y at the time t is the minimum that the last solve ended in, of which leave_saddles() knows the negative pivots (-1: not
   /// counted) and that it found no unstable direction.
   PetscErrorCode is_found_minimum(double t, Vec y, PetscInt* negative, bool* yes) const;
@@ -56,7 +58,6 @@ class PseudoTime {
   PetscErrorCode balance_better(SNES snes);
   PetscErrorCode continue_further(SNES snes, bool* good);
   PetscErrorCode solve_to_rounding(SNES snes);
-  PetscErrorCode time_of_loads(double* t);
   PetscErrorCode solve_from(Vec y, Fallback fallback, bool* good);
   PetscErrorCode linear_solve(SNES snes, Vec X, Vec z, bool* good, bool* definite);
   PetscErrorCode step(SNES snes, double h, Vec start, Vec X, PetscInt* corrections, bool* good);

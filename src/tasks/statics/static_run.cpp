@@ -69,7 +69,7 @@ PetscErrorCode StaticRun::attach(TS ts, TSContext& context, double step) {
     PetscCall(arc_.attach(ts, context, model_, pseudo_, {step, options_.end, options_.lower}));
     PetscFunctionReturn(0);
   }
-  if (box_.active()) PetscCall(box_.attach(ts, context, model_, [this](SNES snes) { return pseudo_.solve(snes); }));
+  if (box_.active()) PetscCall(box_.attach(ts, context, model_, pseudo_));
   else if (pseudo_.is_newton()) PetscCall(snaps_.attach(ts, context, model_, pseudo_));
   PetscFunctionReturn(0);
 }
