@@ -15,6 +15,11 @@ namespace bs {
 /// The version of the layout this program writes; it reads this and older ones.
 constexpr std::int64_t CHECKPOINT_VERSION = 2;
 
+/// An attribute of /system, where forces are computed outside: they are in no file.
+constexpr const char* FORCED_OUTSIDE = "forces_outside";
+/// Whether they are.
+bool forced_outside(Model& model);
+
 /// A state to be written: its group and the vector in the solver's order (borrowed).
 struct NamedState {
   std::string group;  ///< "/state", "/history/0", ...

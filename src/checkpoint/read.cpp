@@ -113,6 +113,8 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
   else if (static_cast<std::uint64_t>(get(system.whole, "fingerprint")) != fingerprint)
     what = model.dim() > 0 ? "of another lattice of the same size: a particle, spring or law of the springs has changed"
                            : "of another system of the same size: G, C, B or a source's column has changed";
+  else if (get(system.whole, FORCED_OUTSIDE) != 0 && !forced_outside(model))
+    what = "of a run with forces that a caller of the library computed, which are in no file and not given now";
   if (!what.empty())
     PetscCall(fail(comm_, Exit::input, name_ + ": is the checkpoint " + what + ": continue with the input it was written for, or start a new run"));
   PetscFunctionReturn(0);

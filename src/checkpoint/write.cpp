@@ -12,6 +12,7 @@
 #include "output/h5.hpp"
 #include "output/tables.hpp"
 #include "systems/frame_rows.hpp"
+#include "systems/mechanics.hpp"
 
 namespace bs {
 
@@ -58,6 +59,15 @@ PetscErrorCode write_options(hid_t file, MPI_Comm comm, const Facts& table) {
   PetscFunctionReturn(0);
 }
 
+}  // namespace
+
+bool forced_outside(Model& model) {
+  Mechanics* const mechanics = model.mechanics();
+  return mechanics && mechanics->forced_outside();
+}
+
+namespace {
+
 PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   H5 root, group;
   Facts table;
@@ -76,6 +86,7 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   PetscCall(put_attribute(group, "dimension", static_cast<std::int64_t>(model.dim())));
   PetscCall(put_attribute(group, "unknowns", static_cast<std::int64_t>(size)));
   PetscCall(put_attribute(group, "fingerprint", static_cast<std::int64_t>(fingerprint)));
+  if (forced_outside(model)) PetscCall(put_attribute(group, FORCED_OUTSIDE, std::int64_t{1}));
   PetscCall(open_group(file, "/run", &group));
   for (const auto& [name, value] : run.real) PetscCall(put_attribute(group, name.c_str(), value));
   for (const auto& [name, value] : run.whole) PetscCall(put_attribute(group, name.c_str(), value));

@@ -81,9 +81,19 @@ def zero_length(checks):
     checks.below("zero length: the step equation holds", max(abs(v + 2 - np.sign(x) * (1 - abs(x))), abs(x - 1 - v)), 1e-7, f"x = {x:g} m")
 
 
+def without_transposed(checks):
+    """A search that fails rejects its step, also where the tangent is not symmetric and PETSc cannot ask for a minimum of the residual's norm."""
+    crumpled = {"bs_lattice_type": "square", "bs_lattice_size": (6, 6), "bs_lattice_perturbation": 0.3, "bs_lattice_rest_length_factor": 1.5, "bs_lattice_stiffness": 1000,
+                "bs_angle_stiffness": 50, "bs_rest_angle": 1, "ts_dt": 0.5, "ts_max_time": 3, "snes_linesearch_type": "bt"}
+    for damping in (0, 5):
+        r = checks.run(dict(crumpled, bs_lattice_damping=damping), interval=3.0, expect=None, grows=True)
+        said = r.stdout + r.stderr
+        checks.true(f"failed searches, damping {damping}: steps are rejected, not the option", r.code in (0, 3) and "transposed" not in said and "line search" in said, said[-200:])
+
+
 def main():
     checks = Checks(__doc__)
-    for part in (quadratic, in_boxes, agreement, nothing_to_go_by, zero_length):
+    for part in (quadratic, in_boxes, agreement, nothing_to_go_by, zero_length, without_transposed):
         if checks.wants(part.__name__):
             with checks.group(part.__name__):
                 part(checks)

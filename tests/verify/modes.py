@@ -262,6 +262,22 @@ def check_equilibrium(checks, folder):
     checks.true("about the start: no equilibrium, one motion without stiffness", "no equilibrium" in start.stdout and start.report["zero_modes"] == 1)
 
 
+def check_part_of_loads(checks, folder):
+    """About an equilibrium by arc length that ends at half the loads: what is driven, and the box, stand there; that of half the motion under full loads."""
+    sheet = {"bs_lattice_type": "triangular", "bs_lattice_size": (5, 4), "bs_lattice_perturbation": 0.05, "bs_lattice_stiffness": 100, "bs_lattice_fixed": "ymin",
+             "bs_group_top": "ymax"}
+    cell = {"bs_lattice_type": "triangular", "bs_lattice_size": (5, 4), "bs_lattice_perturbation": 0.05, "bs_lattice_stiffness": 100, "bs_lattice_periodic": "xy",
+            "bs_lattice_fixed": 0}
+    half = {"bs_load_control": "arc", "bs_arc_end": 0.5, "bs_load_steps": 8}
+    for name, net, moved in (("driven", sheet, lambda rate: {"bs_motion_top": f"x=fixed,y=velocity:{rate!r}"}),
+                             ("box", cell, lambda rate: {"bs_box_strain": f"xy=velocity:{rate!r}"})):
+        found, file = [], folder / f"half_{name}.h5"
+        checks.run({**net, "bs_task": "generate", "bs_output": file})
+        for rate, control in ((0.4, half), (0.2, {"bs_load_steps": 4})):
+            found.append(Modes(checks, file, 6, **moved(rate), **control, bs_modes_about="equilibrium", snes_rtol=1e-12).omega_squared)
+        checks.below(f"half the loads, {name}: omega^2", np.max(np.abs(found[0] / found[1] - 1)), 1e-6)
+
+
 def written_lattice(checks, folder):
     """The lattice in the file is that of the input, whatever the modes are about."""
     n = 10

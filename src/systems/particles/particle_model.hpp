@@ -59,6 +59,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode give_motion(const std::string& group, double from, double to, Vec places) override {
     return constraints_.give(group, from, to, places);
   }
+  bool forced_outside() const override { return callback_.active(); }
   std::vector<GivenMotion> given_motions() const override { return constraints_.given_motions(); }
   std::string given_motion() const override { return constraints_.given(); }
   PetscErrorCode reactions(double t, Vec y, std::vector<double>* out) override;
