@@ -33,7 +33,8 @@ def led():
             simulation.restore(state)
             simulation.change(stiffness=[10.0, 10.0, 1e-9])  # had no room in the matrices
             simulation.step(30)
-            assert abs(simulation.x - straight[0]).max() < 1e-7 and abs(simulation.observables["work/end"] - straight[2]) < 1e-6, kind
+            anew = 2e-3 if kind in ("bdf", "alpha2") else 1e-6  # methods with a past begin anew
+            assert abs(simulation.x - straight[0]).max() < anew and abs(simulation.observables["work/end"] - straight[2]) < anew, kind
 
 
 def losses():
@@ -46,9 +47,9 @@ def losses():
         assert abs(lost() - 2.0 * (0.5 - 0.1)) < 1e-9, lost()
         state = simulation.save()
         simulation.change(yield_force=[1.0])
-        assert abs(lost() - 0.8) < 1e-9, lost()
-        simulation.step(100)  # the force falls to 1 at once: 0.05 more flow, and then 0.5
-        assert abs(lost() - (0.8 + 0.55)) < 1e-9, lost()
+        assert abs(lost() - (0.8 + 0.05)) < 1e-9, lost()  # the force falls to 1 at once, by a flow of 0.05
+        simulation.step(100)
+        assert abs(lost() - (0.85 + 0.5)) < 1e-9, lost()
         after = lost()
         simulation.change(remove=[0])
         assert lost() == after
@@ -139,19 +140,18 @@ def forces(t, x, v):
     return x * np.nan if bad else 0 * x
 options = dict(dt=.01, bs_gravity=(0, -9), ts_type=kind, bs_step_max_cuts=4)
 with bs.Simulation(net, forces=forces, **options) as simulation, bs.Simulation(net, forces=forces, **options) as other:
-    simulation.step(5)
-    before = [simulation.t, simulation.steps, simulation.x, simulation.v]
+    for of in (simulation, other): of.step(5)
     for attempt in range(2):
         bad = True
         try: simulation.step(3)
         except (KeyError, bs.ConvergenceError): pass
         else: raise AssertionError("no step fails")
         bad = False
-        assert all(np.array_equal(a, b) for a, b in zip(before, [simulation.t, simulation.steps, simulation.x, simulation.v])), kind
-    other.step(5)
-    other.set("position", other.x)  # a method that begins here
+        if simulation.steps > other.steps: other.step(simulation.steps - other.steps)  # by forces that were known
+        assert simulation.steps < 8 and all(np.array_equal(a, b) for a, b in zip([simulation.t, simulation.x, simulation.v], [other.t, other.x, other.v])), kind
+        other.set("position", other.x)  # a method that begins here
     for of in (simulation, other): of.step(7)
-    assert simulation.steps == 12 and np.array_equal(simulation.x, other.x) and simulation.t == other.t, (kind, abs(simulation.x - other.x).max())
+    assert simulation.steps == other.steps and np.array_equal(simulation.x, other.x) and simulation.t == other.t, (kind, abs(simulation.x - other.x).max())
 '''
 
 

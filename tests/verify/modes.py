@@ -267,7 +267,7 @@ def check_part_of_loads(checks, folder):
     sheet = {"bs_lattice_type": "triangular", "bs_lattice_size": (5, 4), "bs_lattice_perturbation": 0.05, "bs_lattice_stiffness": 100, "bs_lattice_fixed": "ymin",
              "bs_group_top": "ymax"}
     cell = {"bs_lattice_type": "triangular", "bs_lattice_size": (5, 4), "bs_lattice_perturbation": 0.05, "bs_lattice_stiffness": 100, "bs_lattice_periodic": "xy",
-            "bs_lattice_fixed": 0}
+            "bs_lattice_fixed_particles": 0}
     half = {"bs_load_control": "arc", "bs_arc_end": 0.5, "bs_load_steps": 8}
     for name, net, moved in (("driven", sheet, lambda rate: {"bs_motion_top": f"x=fixed,y=velocity:{rate!r}"}),
                              ("box", cell, lambda rate: {"bs_box_strain": f"xy=velocity:{rate!r}"})):
