@@ -16,7 +16,7 @@ struct Box {
       PetscFunctionBegin;
       PetscCall(box.begin(model, StaticsSettings{}));
       PetscCall(pseudo.attach(ts, context, model, 1));
-      PetscCall(box.attach(ts, context, model, [this](SNES snes) { return pseudo.solve(snes); }));
+      PetscCall(box.attach(ts, context, model, pseudo));
       PetscFunctionReturn(0);
     });
   }
