@@ -76,7 +76,6 @@ def write_gsd(run, rows, path):
     except ImportError:
         raise RunError("no gsd in this Python; install with: sudo apt-get install python3-gsd") from None
     reach = max(float(np.abs(run.position(row)).max()) for row in rows)
-    angles = run.angles
     with gsd.hoomd.open(path, "wb") as out, warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # gsd 2.7 compares lists with arrays
         for row in rows:
@@ -92,9 +91,9 @@ def write_gsd(run, rows, path):
                 frame.particles.velocity = velocity
             if run.mass is not None:
                 frame.particles.mass = run.mass
-            there = run.springs.pairs[run.acting(row)]
-            for group, ends, name in ((frame.bonds, there, "spring"), (frame.angles, angles.triples if angles else [], "angle spring")):
-                if len(run.springs if name == "spring" else ends):
+            there, angles = run.springs.pairs[run.acting(row)], run.angles_at(row)
+            for group, ends, name in ((frame.bonds, there, "spring"), (frame.angles, angles.triples if angles else np.zeros((0, 3), int), "angle spring")):
+                if len(run.springs) if name == "spring" else run.angles:
                     group.N, group.types, group.group, group.typeid = len(ends), [name], ends, np.zeros(len(ends), dtype=np.uint32)
             frame.log["time"] = np.array([run.times[row]])
             out.append(frame)

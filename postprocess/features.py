@@ -2,7 +2,7 @@
 import numpy as np
 
 from backspring_io import RunError
-from run_data import counted
+from run_data import TURN_LIMITS, TURNS, counted
 
 # Columns of TABLE. A dump and a data file are for LAMMPS; .h5md is the one in nanometres; .vtu stands for .vtp and .pvd, too.
 FORMATS = ("xyz", "dump", "gsd", "h5md", "vtu", "data")
@@ -28,7 +28,11 @@ TABLE = {
     "rules of breaking": row("tttttt"),
     "angle springs": row("ttktkk"),
     "stiffness and rest angles": row("ttttkk"),
+    "broken angle springs": row("tttttt"),
+    "limits of angle springs": row("ttttkt"),
     "hinges": row("ttttkt"),
+    "broken hinges": row("tttttt"),
+    "limits of hinges": row("ttttkt"),
     "anchors": row("ttttkt"),
     "fixed particles": row("ktktkt"),
     "ids": row("kktkkk"),
@@ -81,15 +85,19 @@ READ = {
     "other atoms than C-alpha": read_row("---------t"),
     "numbers that are not finite": read_row("rrrrrrrrrr"),
 }
-NAMES_OF_ONE = {"springs that carry nothing": "spring that carries nothing", "limits of springs": "limit of a spring"}
+NAMES_OF_ONE = {"springs that carry nothing": "spring that carries nothing", "limits of springs": "limit of a spring", "limits of angle springs": "limit of an angle spring",
+                "limits of hinges": "limit of a hinge"}
 INSIDE = {"springs": ("stiffness and rest lengths", "broken springs", "springs that carry nothing", "dampers", "limits of springs", "rules of breaking",
                       *(name for name in TABLE if name.startswith("law "))),
-          "angle springs": ("stiffness and rest angles",)}
+          "angle springs": ("stiffness and rest angles", "broken angle springs", "limits of angle springs"),
+          "hinges": ("broken hinges", "limits of hinges")}
+BROKEN = ("broken springs", "springs that carry nothing", "broken angle springs", "broken hinges")  # what VTK files keep if they are asked to
+OFF = ("none", "false", "no", "off")
 OPTIONS = {  # options by which a feature is there, and the values by which it is not
     "gravity": (("bs_gravity",), ()),
-    "drag": (("bs_stokes_drag", "bs_viscosity", "bs_sphere_drag", "bs_shape_drag"), ("none", "false")),
-    "other forces": (("bs_central_M0", "bs_xsp_attraction", "bs_xsp_walls", "bs_xsp_center_of_mass", "bs_xsp_center_of_mass_damping"), ()),
-    "rules of breaking": (("bs_break", "bs_break_strain", "bs_break_force", "bs_break_energy", "bs_break_in", "bs_break_weibull", "bs_break_uniform", "bs_break_spare"), ()),
+    "drag": (("bs_stokes_drag", "bs_viscosity", "bs_sphere_drag", "bs_shape_drag"), OFF),
+    "other forces": (("bs_central_M0", "bs_xsp_attraction", "bs_xsp_walls", "bs_xsp_center_of_mass", "bs_xsp_center_of_mass_damping", "bs_buoyancy", "bs_added_mass"), OFF),
+    "rules of breaking": (("bs_break", "bs_break_"), (*OFF, "inf")),
     "motion of anchors": (("bs_anchor_motion",), ("fixed",)),
     "motion of groups": (("bs_motion_",), ("fixed",)),
     "forces on groups": (("bs_force_",), ()),
@@ -104,11 +112,31 @@ def _zero(value):
         return False
 
 
-def _by_options(run, feature):
+def by_options(run, feature):
     """The options that say so, "-name value" each; '' where none does."""
     names, off = OPTIONS[feature]
     given = [(k, v) for k, v in sorted(run.parameters.items()) if any(k == n or n.endswith("_") and k.startswith(n) for n in names)]
     return ", ".join(f"-{k} {v}".strip() for k, v in given if v not in off and not _zero(v) or v == "" and k.endswith("drag"))
+
+
+def _counts(count):
+    """{feature: its number and name} of {feature: number}, those that are there."""
+    return {name: f"{number} {name if number > 1 else NAMES_OF_ONE.get(name, name[:-1])}" for name, number in count.items() if number}
+
+
+def _limited(limits):
+    """How many have a limit, of {name: (M,)}."""
+    return int(np.any([np.isfinite(v) for v in limits.values()] or [[]], axis=0).sum())
+
+
+def _of_turns(run, row):
+    """Angle springs and hinges, those that are broken, and limits."""
+    angles, hinges = run.angles, run.hinges or {}
+    count = {"angle springs": len(angles or ()), "hinges": len(hinges.get("quads", ()))}
+    for kind, limits in (("angles", angles.limits if angles else {}), ("hinges", {k: hinges[k] for k in TURN_LIMITS if k in hinges})):
+        broken = run.broken_turns(kind, row)
+        count.update({f"broken {TURNS[kind]}s": 0 if broken is None else int(broken.sum()), f"limits of {TURNS[kind]}s": _limited(limits)})
+    return {**_counts(count), **({"stiffness and rest angles": "stiffness and rest angles of angle springs"} if angles else {})}
 
 
 def _of_springs(run, row):
@@ -119,8 +147,8 @@ def _of_springs(run, row):
     laws, acting = run.spring_laws, run.acting(row)
     count = {"springs": len(springs), "broken springs": 0 if broken is None else int(broken.sum()), "springs that carry nothing": int(springs.idle.sum()),
              "dampers": 0 if springs.damping is None else np.count_nonzero(springs.damping[acting]),
-             "limits of springs": int(np.any([np.isfinite(v) for v in springs.limits.values()] or [[]], axis=0).sum())}
-    found.update({name: f"{number} {name if number > 1 else NAMES_OF_ONE.get(name, name[:-1])}" for name, number in count.items() if number})
+             "limits of springs": _limited(springs.limits)}
+    found.update(_counts(count))
     found["stiffness and rest lengths"] = "stiffness and rest lengths of springs"
     for law in sorted(set(laws[acting]) - {"hooke"} if laws is not None else ()):
         found["law " + law] = f"the law {law} of {counted(np.count_nonzero(laws[acting] == law), 'spring')}"
@@ -129,12 +157,7 @@ def _of_springs(run, row):
 
 def found_in(run, row):
     """{feature: words for it} of a frame."""
-    found = _of_springs(run, row)
-    if run.angles:
-        found["angle springs"] = counted(len(run.angles), "angle spring")
-        found["stiffness and rest angles"] = "stiffness and rest angles of angle springs"
-    if run.hinges:
-        found["hinges"] = counted(len(run.hinges["quads"]), "hinge")
+    found = {**_of_springs(run, row), **_of_turns(run, row)}
     if run.anchors:
         found["anchors"] = counted(len(run.anchors["particle"]), "spring") + " to given points (anchors)"
     elif any(name in run.parameters for name in ("bs_anchor_particles", "bs_anchor_group")):  # of a file of an earlier version
@@ -151,7 +174,7 @@ def found_in(run, row):
     if run.groups:
         found["groups"] = "groups " + ", ".join(run.groups)
     for feature in OPTIONS:
-        said = _by_options(run, feature)
+        said = by_options(run, feature)
         if said:
             found[feature] = f"{feature} ({said})"
     if "motion of anchors" in found and "anchors" in found:
@@ -163,12 +186,12 @@ def found_in(run, row):
 
 
 def check(run, rows, form, output, whole=True):
-    """Refuses by name what a format cannot say truly, and returns a line about what it leaves out, or ''. `whole`: of VTK files, broken springs and those that carry nothing
+    """Refuses by name what a format cannot say truly, and returns a line about what it leaves out, or ''. `whole`: of VTK files, what is broken and springs that carry nothing
     are left out."""
     found = found_in(run, rows[-1])
     verdict = {name: TABLE[name][form] for name in found}
     if form == "vtu" and not whole:
-        verdict.update({name: KEPT for name in ("broken springs", "springs that carry nothing")})
+        verdict.update(dict.fromkeys(BROKEN, KEPT))
     refused = [found[name] for name, word in verdict.items() if word == REFUSED]
     if refused:
         raise RunError(f"{run.path}: {', '.join(refused)}: a file {output} has no such thing and would mean other forces; convert to .vtu, which keeps them")

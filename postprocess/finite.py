@@ -2,7 +2,7 @@
 import numpy as np
 
 from backspring_io import RunError
-from run_data import BONDS, HISTORIES, LIMITS, PARTICLES
+from run_data import BONDS, HISTORIES, LIMITS, PARTICLES, TURN_LIMITS
 
 
 def first_bad(values, unbounded=False):
@@ -32,8 +32,10 @@ def check_run(run, rows):
         _require(run.path, f"{BONDS}_{name}", values, name in LIMITS)
     for name in ("stiffness", "rest_angle") if angles else ():
         _require(run.path, f"/connectivity/angles_{name}", getattr(angles, name))
+    for name, values in (angles.limits if angles else {}).items():
+        _require(run.path, f"/connectivity/angles_{name}", values, True)
     for name, values in (run.hinges or {}).items():
-        _require(run.path, f"/connectivity/hinges_{name}", values)
+        _require(run.path, f"/connectivity/hinges_{name}", values, name in TURN_LIMITS)
     for name, values in anchors.items():
         _require(run.path, f"/backspring/anchors/{name}", values)
     for row in rows:
@@ -53,6 +55,6 @@ def check_lattice(path, lattice):
         _require(path, name, getattr(lattice, name))
     for what, table in (("", lattice.spring_columns), ("", lattice.particle_columns), ("angles: ", lattice.angles), ("hinges: ", lattice.hinges), ("anchors: ", lattice.anchors)):
         for name, values in (table or {}).items():
-            _require(path, what + name, values, name in LIMITS)
+            _require(path, what + name, values, name in LIMITS + TURN_LIMITS)
     if lattice.box:
         _require(path, "edges of the box", lattice.box[0])

@@ -97,7 +97,7 @@ def frame_of(run, row, margins, joined_by=None):
     turn = _turn(cell)
     cell, x = cell @ turn, x @ turn
     out.velocity = None if out.velocity is None else out.velocity @ turn
-    joined = None if joined_by is None else _joined(run, cell, x, joined_by)
+    joined = None if joined_by is None else _joined(run, row, cell, x, joined_by)
     out.low, high = margins(x)
     for k in range(3):
         if not out.periodic[k]:
@@ -126,16 +126,16 @@ def _turn(cell):
     return turn
 
 
-def _joined(run, cell, position, which):
+def _joined(run, row, cell, position, which):
     """What springs (`which` of them) and the arms of angle springs join: a word for it, its row, pairs of particles, and the vectors (M, 3) to the image that is
     the second end."""
-    springs, angles, out = run.springs, run.angles, []
+    springs, angles, out = run.springs, run.angles_at(row), []
     tables = [("spring", np.flatnonzero(which), springs.pairs[which], None if springs.shift is None else springs.shift[which])]
     for end in (0, 2) if angles else ():
-        tables.append(("angle spring", np.arange(len(angles)), angles.triples[:, [1, end]], None if angles.shift is None else angles.shift[:, end] - angles.shift[:, 1]))
-    for word, row, pairs, shift in tables:
+        tables.append(("angle spring", angles.rows, angles.triples[:, [1, end]], None if angles.shift is None else angles.shift[:, end] - angles.shift[:, 1]))
+    for word, rows, pairs, shift in tables:
         apart = position[pairs[:, 1]] - position[pairs[:, 0]]
-        out.append((word, row, pairs, apart if shift is None else apart + np.pad(shift, ((0, 0), (0, 3 - shift.shape[1]))) @ cell))
+        out.append((word, rows, pairs, apart if shift is None else apart + np.pad(shift, ((0, 0), (0, 3 - shift.shape[1]))) @ cell))
     return out
 
 

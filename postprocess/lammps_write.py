@@ -54,7 +54,7 @@ def kinds_of(*columns):
 def angle_coefficients(run, row):
     """K [J] and theta0 [degree] of angle springs. An angle of LAMMPS has no sign: in two dimensions one that rests beyond pi is seen from the other side, which is
     the same energy where the angle, too, is beyond pi."""
-    angles = run.angles
+    angles = run.angles_at(row)
     rest = np.degrees(np.minimum(angles.rest_angle, 2 * np.pi - angles.rest_angle))
     if run.dim == 2:
         x = run.position(row)
@@ -66,7 +66,7 @@ def angle_coefficients(run, row):
         wrong = np.flatnonzero((angle - np.pi) * (angles.rest_angle - np.pi) < -1e-12)
         if len(wrong):
             k = wrong[0]
-            raise RunError(f"{run.path}: angle spring {k} is at {np.degrees(angle[k]):.6g} degrees and rests at {np.degrees(angles.rest_angle[k]):.6g}, on the other side of "
+            raise RunError(f"{run.path}: angle spring {angles.rows[k]} is at {np.degrees(angle[k]):.6g} degrees and rests at {np.degrees(angles.rest_angle[k]):.6g}, on the other side of "
                            "180: an angle of LAMMPS has no sign and would have another energy; choose another --frame, or .vtu")
     return 0.5 * angles.stiffness, rest
 
@@ -96,7 +96,7 @@ def write_data(run, row, path, units="si"):
     frame = frame_of(run, row, bounds, there)
     position, high = frame.position, frame.low + np.diag(frame.cell)
     kind, kinds = atom_types(run)
-    angles = run.angles
+    angles = run.angles_at(row)
     with open(path, "w", encoding="utf-8") as f:
         f.write(f"backspring {os.path.basename(run.path)}, t = {run.times[row]:.17g}, units = {units}{boundary(frame)}\n\n"
                 f"{len(position)} atoms\n{len(kinds)} atom types\n")

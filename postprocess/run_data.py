@@ -6,6 +6,8 @@ import numpy as np
 PARTICLES = "/particles/trajectory"
 BONDS = "/connectivity/bonds"
 LIMITS = ("critical_strain", "critical_force", "critical_energy")
+TURNS = {"angles": "angle spring", "hinges": "hinge"}  # what has an angle: its name in files and the word for one
+TURN_LIMITS = ("critical_change", "critical_moment", "critical_energy")
 LAW_DATA = ("stiffness_2", "stiffness_3", "yield_force", "hardening", "relaxation_time", "area", *LIMITS)
 HISTORIES = ("plastic_stretch", "plastic_path", "viscous_stretch", "viscous_loss")
 SI = {"time": "s", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "potential_energy": "J",
@@ -67,9 +69,16 @@ class Angles:
     stiffness: np.ndarray   # (A,)
     rest_angle: np.ndarray  # (A,) [rad]
     shift: np.ndarray       # (A, 3, d) the periodic box each end is in, or None
+    limits: dict = field(default_factory=dict)  # {critical_change, ...: (A,)}: what each bears, times the factor drawn for it
+    rows: np.ndarray = None  # (A,) where they stand in the file, for messages
 
     def __len__(self):
         return len(self.triples)
+
+    def taken(self, which):
+        """Those of them alone."""
+        return Angles(self.triples[which], self.stiffness[which], self.rest_angle[which], None if self.shift is None else self.shift[which],
+                      {name: values[which] for name, values in self.limits.items()}, self.rows[which])
 
 
 def counted(number, thing):

@@ -1,7 +1,7 @@
 """The part of a Run that reads springs and all else that joins particles, and the periodic box that they cross."""
 import numpy as np
 
-from run_data import BONDS, HISTORIES, LAW_DATA, LIMITS, PARTICLES, Angles, Springs, counted, text
+from run_data import BONDS, HISTORIES, LAW_DATA, LIMITS, PARTICLES, TURN_LIMITS, TURNS, Angles, Springs, counted, text
 
 
 class JoinedRun:
@@ -144,7 +144,33 @@ class JoinedRun:
     def angles(self):
         """Angle springs, or None."""
         triples = self._array("/connectivity/angles")
-        return None if triples is None else Angles(triples, *(self._array("/connectivity/angles_" + k) for k in ("stiffness", "rest_angle")), self._shift("angles", 3))
+        if triples is None:
+            return None
+        return Angles(triples, *(self._array("/connectivity/angles_" + k) for k in ("stiffness", "rest_angle")), self._shift("angles", 3), self._turn_limits("angles", len(triples)),
+                      np.arange(len(triples)))
+
+    def angles_at(self, frame):
+        """Angle springs that are whole in a frame, or None where there are none."""
+        angles, broken = self.angles, self.broken_turns("angles", frame)
+        angles = angles if angles is None or broken is None else angles.taken(~broken)
+        return angles if angles else None
+
+    def _turn_limits(self, kind, count):
+        """{critical_change, ...: (A,)}: what each angle spring or hinge (`kind`: angles, hinges) bears, as drawn where limits scatter; inf: it does not break."""
+        found = {}
+        for name in TURN_LIMITS:
+            drawn = self._array(f"/connectivity/{kind}_{name.replace('critical', 'threshold')}")
+            values = self._array(f"/connectivity/{kind}_{name}") if drawn is None else drawn
+            if values is not None:
+                if values.size != count:
+                    raise self._error(f"/connectivity/{kind}_{name} has {counted(values.size, 'row')} for {counted(count, TURNS[kind])}")
+                found[name] = values.astype(float).reshape(-1)
+        return found
+
+    def broken_turns(self, kind, frame):
+        """Which angle springs or hinges (A,) (`kind`: angles, hinges) are broken; None where they cannot break."""
+        path = f"/backspring/broken_{kind}/value"
+        return None if self._get(path) is None else np.asarray(self._read(path, frame)) != 0
 
     def _shift(self, kind, ends):
         """The periodic box that each end is in, (A, ends, d), or None."""
@@ -153,10 +179,18 @@ class JoinedRun:
 
     @property
     def hinges(self):
-        """Hinges between triangles, {"quads" (H, 4), "stiffness", "rest_angle" (H)}: the edge's ends, then the wings; "shift" (H, 4 d) in periodic boxes; or
-        None."""
+        """Hinges between triangles, {"quads" (H, 4), "stiffness", "rest_angle" (H)}: the edge's ends, then the wings; "shift" (H, 4 d) in periodic boxes;
+        "critical_change", ... (H): what each bears; or None."""
         found = {k: self._array("/connectivity/hinges" + name) for k, name in (("quads", ""), ("stiffness", "_stiffness"), ("rest_angle", "_rest_angle"), ("shift", "_shift"))}
-        return None if found["quads"] is None else {k: v for k, v in found.items() if v is not None}
+        if found["quads"] is None:
+            return None
+        return {k: v for k, v in (found | self._turn_limits("hinges", len(found["quads"]))).items() if v is not None}
+
+    def hinges_at(self, frame):
+        """Hinges that are whole in a frame, or None where there are none."""
+        hinges, broken = self.hinges, self.broken_turns("hinges", frame)
+        hinges = hinges if hinges is None or broken is None else {k: v[~broken] for k, v in hinges.items()}
+        return hinges if hinges and len(hinges["quads"]) else None
 
     @property
     def anchors(self):

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from backspring_io import RunError
-from run_data import HISTORIES, LAW_DATA
+from run_data import HISTORIES, LAW_DATA, TURN_LIMITS
 from exports import padded, write_atomically
 
 LAWS = ("hooke", "strain", "tension", "polynomial", "plastic", "maxwell")  # the numbers in the cell data `law`
@@ -64,16 +64,22 @@ def _law_numbers(run):
     return np.array([LAWS.index(law) for law in run.spring_laws], np.int32)
 
 
-def lattice_fields(run, row):
-    """What belongs neither to a particle nor to a spring."""
+def lattice_fields(run, row, every=False):
+    """What belongs neither to a particle nor to a spring. `every`: angle springs and hinges that are broken, too, with a flag."""
     out = {MARK: np.array([1]), "dimension": np.array([run.dim]), "time": np.array([run.times[row]])}
     law = run.parameters.get("bs_damping_law", DAMPING_LAWS[0])
     out["damping_law"] = np.array([DAMPING_LAWS.index(law)])
-    if run.angles:
-        out.update({"angles_triples": run.angles.triples, "angles_stiffness": run.angles.stiffness, "angles_rest_angle": run.angles.rest_angle})
-        if run.angles.shift is not None:
-            out["angles_shift"] = run.angles.shift.reshape(len(run.angles), -1)
-    for name, table in (("hinges_", run.hinges), ("anchors_", run.anchors)):
+    angles, hinges = (run.angles, run.hinges) if every else (run.angles_at(row), run.hinges_at(row))
+    if angles:
+        out.update({"angles_triples": angles.triples, "angles_stiffness": angles.stiffness, "angles_rest_angle": angles.rest_angle})
+        out.update({"angles_" + name: values for name, values in angles.limits.items()})
+        if angles.shift is not None:
+            out["angles_shift"] = angles.shift.reshape(len(angles), -1)
+    for kind in ("angles", "hinges") if every else ():
+        broken = run.broken_turns(kind, row)
+        if broken is not None:
+            out[f"{kind}_broken"] = broken.astype(np.int32)
+    for name, table in (("hinges_", hinges), ("anchors_", run.anchors)):
         out.update({name + k: v for k, v in (table or {}).items()})
     out.update({"group_" + name: run.group(name) for name in run.groups})
     if run.has_modes:
@@ -108,7 +114,7 @@ def _write(run, row, path, kind, every):
                 ("Points", _array("Points", padded(run.position(row)))), (place, cells)]
     with open(path, "w", encoding="ascii") as f:
         f.write(f'<?xml version="1.0"?>\n<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n<{kind}>\n<FieldData>\n'
-                + "".join(_array(k, v, True) for k, v in lattice_fields(run, row).items())
+                + "".join(_array(k, v, True) for k, v in lattice_fields(run, row, every).items())
                 + f'</FieldData>\n<Piece NumberOfPoints="{run.particles}" NumberOf{counted}="{len(corners)}">\n'
                 + "".join(f"<{name}>\n{body}</{name}>\n" for name, body in sections) + f"</Piece>\n</{kind}>\n</VTKFile>\n")
 
@@ -156,7 +162,8 @@ def said_of_lattice(points, cells, one):
     if "law" in cells:
         out["laws"] = np.array(LAWS)[cells["law"].astype(int)]
     out["damping_law"], out["dim"] = DAMPING_LAWS[int(one["damping_law"][0])], int(one["dimension"][0])
-    for name, keys in (("angles", ("triples", "stiffness", "rest_angle", "shift")), ("hinges", ("quads", "stiffness", "rest_angle", "shift")), ("anchors", ("particle", "point", "stiffness", "rest_length", "damping"))):
+    turns = ("stiffness", "rest_angle", "shift", *TURN_LIMITS, "broken")
+    for name, keys in (("angles", ("triples", *turns)), ("hinges", ("quads", *turns)), ("anchors", ("particle", "point", "stiffness", "rest_length", "damping"))):
         if f"{name}_{keys[0]}" in one:
             out[name] = {k: one[f"{name}_{k}"] for k in keys if f"{name}_{k}" in one}
     if "anchors" in out:

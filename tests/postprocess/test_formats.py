@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What convert.py makes of every feature of a run in every format, and back: kept exactly (by energies, arrays, the run that goes on), or told by a
 line, or refused by name. The readers are independent of convert.py: LAMMPS, gsd, VTK, ASE and MDAnalysis where installed, MDAnalysis' rules for H5MD."""
+import argparse
 import contextlib
 import io
 import itertools
@@ -70,8 +71,8 @@ def law(*names, **columns):
     return lambda folder: given(2, folder, laws=laws, columns=columns)
 
 
-def bent(d, angles):
-    """Angle springs at those angles, rest angles given [degree], 2-D or 3-D."""
+def bent(d, angles, **limits):
+    """Angle springs at those angles, rest angles given [degree], 2-D or 3-D; what each bears, by `limits`."""
     def make(folder):
         at = np.radians(np.array([a for a, _ in angles]))
         x = np.concatenate([[[10 * k + np.cos(0.4), np.sin(0.4)], [10 * k, 0], [10 * k + np.cos(0.4 + a), np.sin(0.4 + a)]] for k, a in enumerate(at)])
@@ -80,6 +81,8 @@ def bent(d, angles):
         pairs = np.concatenate([[[3 * k, 3 * k + 1], [3 * k + 1, 3 * k + 2]] for k in range(n)])
         write_lattice(folder / "in.h5", x, 1.0, pairs=pairs, stiffness=10.0, rest_length=0.9,
                       angles={"triples": np.arange(3 * n).reshape(n, 3), "stiffness": np.linspace(1, 2, n), "rest_angle": np.radians([r for _, r in angles])})
+        with h5py.File(folder / "in.h5", "a") as f:
+            f["angles"].update(limits)
         return ["-bs_lattice_file", "in.h5"]
     return make
 
@@ -93,12 +96,15 @@ def far_bent(folder):
     return ["-bs_lattice_file", "in.h5"]
 
 
-def hinged(folder):
-    """A net in space with two hinges."""
-    words = given(3, folder)
-    with h5py.File(folder / "in.h5", "a") as f:
-        f["hinges/quads"], f["hinges/stiffness"], f["hinges/rest_angle"] = [[0, 6, 2, 1], [6, 12, 8, 7]], [2.0, 3.0], [0.25, -1.5]
-    return words
+def hinged(**limits):
+    """A net in space with two hinges; what each bears, by `limits`."""
+    def make(folder):
+        words = given(3, folder)
+        with h5py.File(folder / "in.h5", "a") as f:
+            f["hinges/quads"], f["hinges/stiffness"], f["hinges/rest_angle"] = [[0, 6, 2, 1], [6, 12, 8, 7]], [2.0, 3.0], [0.25, -1.5]
+            f["hinges"].update(limits)
+        return words
+    return make
 
 
 def anchors(x, pairs):
@@ -135,7 +141,14 @@ CASES = {
     "angle springs in the plane": (bent(2, [(70, 90), (200, 250), (179, 120)]), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs in space": (bent(3, [(70, 90), (120, 60)]), [], VTK | {"data"}, set(), "angle springs"),
     "angle springs across pi": (bent(2, [(70, 90), (170, 190)]), [], VTK, {"data"}, "angle springs"),
-    "hinges": (hinged, [], VTK, set(), {"springs", "hinges"}),
+    "broken angle springs": (bent(3, [(70, 90), (120, 60), (100, 95)], critical_change=[0.1, np.inf, 0.3]), [], set(), set(), {"angle springs", "broken angle spring"}),
+    "limits of angle springs": (bent(3, [(70, 90), (120, 60)], critical_moment=[9.0, np.inf]), [], VTK, set(), {"angle springs", "limit of an angle spring"}),
+    "limits of angle springs that scatter": (bent(3, [(70, 90), (120, 60)]), ["-bs_break_angle_energy", "90", "-bs_break_uniform", "0.3,1"], VTK, set(),
+                                             {"angle springs", "limits of angle springs"}),
+    "an angle spring broken on the far side of pi": (bent(2, [(170, 190), (70, 90)], critical_change=[0.1, np.inf]), [], set(), set(), {"angle springs", "broken angle spring"}),
+    "hinges": (hinged(), [], VTK, set(), {"springs", "hinges"}),
+    "broken hinges": (hinged(critical_change=[0.01, np.inf]), [], set(), set(), {"hinges", "broken hinge"}),
+    "limits of hinges": (hinged(critical_energy=[np.inf, 90.0]), [], VTK, set(), {"hinges", "limit of a hinge"}),
     "anchors": (lambda f: given(2, f, anchors=anchors), [], VTK, set(), "anchors"),
     "motion of anchors": (lambda f: given(2, f, anchors=anchors), ["-bs_anchor_motion", "velocity", "-bs_anchor_velocity", "0.3,0.1"], set(), set(),
                           "motion of anchors (-bs_anchor_motion velocity; the points are those at the start"),
@@ -147,6 +160,8 @@ CASES = {
     "gravity": (lambda f: given(2, f), ["-bs_gravity", "0,-9.81"], set(), set(), "gravity (-bs_gravity"),
     "drag": (lambda f: given(2, f), ["-bs_stokes_drag", "0.5"], set(), set(), "drag (-bs_stokes_drag"),
     "central gravity": (lambda f: given(2, f), ["-bs_central_M0", "1e11", "-bs_central_point", "5,5"], set(), set(), "other forces (-bs_central_M0"),
+    "buoyancy and added mass": (lambda f: given(2, f, particle_columns={"radius": np.full(9, 0.1)}), ["-bs_buoyancy", "-bs_added_mass", "0.5", "-bs_fluid_density", "1", "-bs_gravity", "0,-1"], set(), set(),
+                                "other forces (-bs_added_mass 0.5, -bs_buoyancy"),
     "drag and radii of particles": (lambda f: given(2, f, particle_columns={"drag": np.linspace(0, 1, 9), "radius": np.full(9, 0.1)}), [], VTK, set(), "of particles"),
     "ids": (lambda f: given(2, f, ids=[90, 3, 7, 55, 20, 21, 22, 8, 14]), [], ALL - {"gsd"}, set(), "ids"),
     "rest lengths that differ by rounding": (lambda f: given(2, f, rest_length=unlike, stiffness=20.0), [], VTK | {"data"}, set(), "springs"),
@@ -190,6 +205,9 @@ def converted(source, target, *args):
     return None, said.getvalue()
 
 
+FLAGS = {"springs": "backspring/broken/value", "angles": "backspring/broken_angles/value", "hinges": "backspring/broken_hinges/value"}
+
+
 class Truth:
     """A frame as the trajectory has it, read by h5py alone."""
 
@@ -208,6 +226,9 @@ class Truth:
             self.cell = np.diag(edges) if edges.ndim == 1 else edges
             self.elastic = f["observables/elastic_energy/value"][frame]
             self.angles, self.triples = "angles" in c, c["angles"][...] if "angles" in c else None
+            self.flags = {kind: f[path][frame] != 0 for kind, path in FLAGS.items() if path in f}
+            if "angles" in self.flags:
+                self.triples = self.triples[~self.flags["angles"]]
         self.length = np.linalg.norm(self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]] + self.shift @ self.cell, axis=1)[self.there]
 
     def nearest(self, x, cell, pairs=None):
@@ -454,20 +475,25 @@ def see_vtu(checks, folder, name, path, truth, options, source):
 
 
 def limits_of(checks, name, lattice, source):
-    """What springs bear, with the factors that were drawn for them."""
+    """What springs, angle springs and hinges bear, those that are whole, with the factors that were drawn for them."""
     with h5py.File(lattice) as a, h5py.File(source) as b:
-        bonds = {k: b[f"connectivity/bonds_{k}"][...] for k in ("threshold_strain", "critical_strain") if f"connectivity/bonds_{k}" in b}
-        if bonds and "backspring/broken/value" in b and not b["backspring/broken/value"][1].any():
-            checks.true(f"{name}: what springs bear", np.array_equal(a["springs/critical_strain"][...], next(iter(bonds.values()))))
+        for kind, flags in FLAGS.items():
+            whole = b[flags][1] == 0 if flags in b else slice(None)
+            for limit in ("strain", "force", "change", "moment", "energy"):
+                drawn = [b[path][whole] for path in (f"connectivity/{kind.replace('springs', 'bonds')}_{word}_{limit}" for word in ("threshold", "critical")) if path in b]
+                if drawn:
+                    checks.true(f"{name}: what {kind} bear, {limit}", np.array_equal(a[f"{kind}/critical_{limit}"][...], drawn[0]))
 
 
 def see_flags(checks, folder, truth, options, source):
-    """With --all_springs a VTU has all of them, the broken ones flagged, and read back they stay broken."""
+    """With --all_springs a VTU has all of them, and angle springs and hinges, the broken ones flagged, and read back they stay broken."""
     refusal, said = converted(source, folder / "all.vtu", "--frame", 1, "--all_springs")
     checks.true("--all_springs: written, nothing left out", refusal is None and "broken" not in said, said)
     refusal, _ = converted(folder / "all.vtu", folder / "all.h5")
     with h5py.File(folder / "all.h5") as f:
-        checks.true("--all_springs: broken springs stay broken", len(f["springs/pairs"]) == len(truth.pairs) and np.array_equal(f["springs/broken"][...] == 0, truth.there))
+        checks.true("--all_springs: all springs are there", len(f["springs/pairs"]) == len(truth.pairs))
+        for kind, broken in truth.flags.items():
+            checks.true(f"--all_springs: broken {kind} stay broken", f"{kind}/broken" in f and np.array_equal(f[f"{kind}/broken"][...] != 0, broken) or kind == "springs" and not broken.any())
     report = simulate(checks, folder, ["-bs_lattice_file", "all.h5"], "all.h5md", 0.05, options)
     checks.near("--all_springs: elastic energy", report["first_elastic_energy"][0], truth.elastic, 1e-12)
 
@@ -479,7 +505,7 @@ def see_data(checks, folder, name, path, truth):
     words = " ".join("p" if one else "f" for one in [*truth.periodic, False, False][:3])
     style = "angle" if truth.angles else "bond"
     units = "real" if "units = real" in text else "si"
-    elastic = truth.elastic if name.split(",")[0] not in ("anchors", "motion of anchors", "hinges") else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
+    elastic = truth.elastic if name.split(",")[0] not in ("anchors", "motion of anchors", "hinges", "broken hinges", "limits of hinges") else 0.5 * (truth.k * (truth.length - truth.rest) ** 2).sum()
     if truth.periodic.any():
         low, high = np.array([line.split()[:2] for line in text.splitlines() if line.endswith("hi")], float).T
         tilt = [line.split()[:3] for line in text.splitlines() if line.endswith("xy xz yz")]
@@ -544,7 +570,9 @@ def crossing(checks, folder, name):
     truth = Truth(source, 1)
     if name in ("broken springs", "springs that carry nothing"):
         checks.true(f"{name}: some are there, some are not", 0 < truth.there.sum() < len(truth.there), f"{truth.there.sum()} of {len(truth.there)}")
-    if name == "broken springs":
+    if name.startswith("broken "):
+        kind = {"angle springs": "angles"}.get(name[len("broken "):], name[len("broken "):])
+        checks.true(f"{name}: some are broken, some are not", 0 < truth.flags[kind].sum() < len(truth.flags[kind]), str(truth.flags[kind]))
         see_flags(checks, folder, truth, options, source)
     with open_run(source) as run:
         found = features.found_in(run, 1)
@@ -598,6 +626,10 @@ def table(checks):
     rows = {cells[0].strip(): [c.strip() for c in cells[1:]] for cells in (line.strip("| \n").split("|") for line in text.splitlines() if line.startswith("|")) if len(cells) == 7}
     for feature, verdict in features.TABLE.items():
         checks.true(f"README's table: {feature}", rows.get(feature) == [verdict[form] for form in features.FORMATS], str(rows.get(feature)))
+    said = subprocess.run([checks.program, "-help"], capture_output=True, text=True, env=environment(1), timeout=60).stdout
+    for option in re.findall(r"^ *-(bs_break\w*): ", said, re.M):  # every one of them, also those that are still to come
+        run = argparse.Namespace(parameters={option: "1"})
+        checks.true(f"-{option} is told", features.by_options(run, "rules of breaking") == f"-{option} 1")
 
 
 def not_finite(checks, folder):
