@@ -4,7 +4,7 @@ import numpy as np
 import lammps_units
 from backspring_io import RunError
 from run_data import counted
-from lammps_numbers import harmonic
+from lammps_numbers import columns, harmonic, once, whole
 
 
 class NotRead(Exception):
@@ -22,6 +22,8 @@ def read_angles(path, data, header, sections, row_of):
         raise RunError(f"{path}: announces {counted(header.get('angles', 0), 'angle')}, section Angles has {counted(len(rows), 'row')}")
     if not rows:
         return
+    for number, words in rows:
+        columns(path, number, words, "id type atom1 atom2 atom3", "Angles")
     try:
         found = _coefficients(path, data, sections, rows)
     except NotRead as why:
@@ -39,11 +41,14 @@ def _coefficients(path, data, sections, rows):
     if hint and hint not in ("harmonic", "hybrid"):
         raise NotRead(f"angle style {hint} is no angle spring, only harmonic is")
     names = {w[1]: int(w[0]) for _, w in sections.get("Angle Type Labels", ("", []))[1]}
-    types = [names.get(w[1]) or int(w[1]) for _, w in rows]
-    table = {}
+    types = [names.get(w[1]) or whole(path, n, w[1], "Angles") for n, w in rows]
+    table, seen = {}, {}
     for number, words in lines:
+        if len(words) < 2:
+            columns(path, number, words, "type K theta0", "Angle Coeffs")
+        once(path, number, f"type {words[0]}", seen, "Angle Coeffs")
         style, numbers = (words[1], words[2:]) if words[1][0].isalpha() else ("harmonic", words[1:])
-        kind = names.get(words[0]) or int(words[0])
+        kind = names.get(words[0]) or whole(path, number, words[0], "Angle Coeffs")
         if (style != "harmonic" or len(numbers) != 2) and kind in types:
             raise NotRead(f"angle coefficients '{' '.join(words)}' are not harmonic K theta0")
         if kind in types:

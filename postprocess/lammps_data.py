@@ -10,13 +10,15 @@ import lammps_box
 import lammps_units
 import run_data
 from backspring_io import RunError
-from lammps_numbers import harmonic, reals
+from lammps_numbers import columns, harmonic, once, reals, whole
 
 # Columns of "Atoms": place of the type, of x, and their number without image flags. Earlier ones are preferred where none is named.
 STYLES = {"atomic": (1, 2, 5), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular": (2, 3, 6), "full": (2, 4, 7), "charge": (1, 3, 6),
           "sphere": (1, 4, 7), "ellipsoid": (1, 4, 7), "body": (1, 4, 7), "peri": (1, 4, 7), "dpd": (1, 3, 6), "mdpd": (1, 3, 6),
           "edpd": (1, 4, 7), "line": (2, 5, 8), "tri": (2, 5, 8), "electron": (1, 5, 8), "sph": (1, 5, 8), "dipole": (1, 3, 9),
           "spin": (1, 2, 9), "dielectric": (2, 4, 15), "wavepacket": (1, 8, 11), "bpm/sphere": (2, 5, 8)}
+# Columns of "Velocities", where there are more than id vx vy vz.
+TURNING = {**dict.fromkeys(("sphere", "line", "bpm/sphere"), " wx wy wz"), **dict.fromkeys(("ellipsoid", "body", "tri"), " lx ly lz"), **dict.fromkeys(("electron", "wavepacket"), " ervel")}
 GUESSED = ("atomic", "bond", "full", "charge")
 NUMBERS = ("Velocities", "Bonds", "Angles")  # sections whose rows must be numbers
 LEFT_OUT = ("dihedrals", "impropers")  # by their numbers, all others by the name of their section
@@ -59,12 +61,10 @@ def _read(path, style, units, periodic, coefficients):
     _units(path, data, header, units)
     types, row_of, images = _atoms(path, data, sections, style, header)
     _masses(path, data, sections, types)
-    data.velocity = None
-    if "Velocities" in sections:
-        data.velocity = np.zeros_like(data.position)
-        for number, r in sections["Velocities"][1]:
-            data.velocity[_row(path, number, row_of, r[0])] = [float(v) for v in r[1:4]]
+    data.velocity = _velocities(path, data, sections["Velocities"][1], row_of) if "Velocities" in sections else None
     bonds = sections.get("Bonds", ("", []))[1]
+    for number, words in bonds:
+        columns(path, number, words, "id type atom1 atom2", "Bonds")
     data.pairs = np.array([[_row(path, n, row_of, w[2]), _row(path, n, row_of, w[3])] for n, w in bonds], dtype=np.int64).reshape(-1, 2)
     cell = lammps_box.edges(header)
     data.position, cut, data.shift = lammps_box.unwrap(cell, data.position, images, data.pairs, periodic)
@@ -114,7 +114,9 @@ def _heading(path, number, words, header):
         raise RunError(f"{path}:{number}: a general triclinic box ({words[-1]}); write the restricted one (write_data without "
                        "triclinic/general)")
     if words[-1] in ("xhi", "yhi", "zhi"):
-        header[words[-1][0]] = tuple(reals(path, number, words[:2], "the header"))
+        low, high = header[words[-1][0]] = tuple(reals(path, number, words[:2], "the header"))
+        if low > high:
+            raise RunError(f"{path}:{number}: '{' '.join(words)[:60]}': the box ends below where it begins; write the lower bound first")
     elif words[-3:] == ["xy", "xz", "yz"]:
         header["tilt"] = tuple(reals(path, number, words[:3], "the header"))
     elif words[0].isdigit():
@@ -149,20 +151,21 @@ def _atoms(path, data, sections, style, header):
         raise RunError(f"{path}: atom style template: the bonds are in a molecule file, not here; write the data file by atom style molecular")
     if style != "hybrid" and style not in STYLES:
         raise RunError(f"--atom_style {style}: unknown; there are hybrid, {', '.join(STYLES)}")
-    at_type, at_x, columns = STYLES.get(style, (1, 2, width))  # hybrid: id type x y z, then what its parts add, of unknown number
+    at_type, at_x, count = STYLES.get(style, (1, 2, width))  # hybrid: id type x y z, then what its parts add, of unknown number
     for number, words in lines:
-        if len(words) != width or width not in (columns, columns + 3):
-            raise RunError(f"{path}:{number}: {len(words)} columns, atom style {style} has {columns}, or {columns + 3} with image flags")
+        if len(words) != width or width not in (count, count + 3):
+            raise RunError(f"{path}:{number}: {len(words)} columns, atom style {style} has {count}, or {count + 3} with image flags")
     if style == "hybrid":
         data.notes.append("atom style hybrid: image flags are not looked for, bonds say what belongs together")
-    data.ids = np.array([int(w[0]) for _, w in lines])
-    row_of = {int(i): k for k, i in enumerate(data.ids)}
-    if len(row_of) < len(data.ids):
-        raise RunError(f"{path}: Atoms names an id twice")
+    data.style, seen = style, {}
+    data.ids = np.array([whole(path, n, w[0], "Atoms") for n, w in lines], dtype=np.int64)
+    for (number, _), i in zip(lines, data.ids.tolist()):
+        once(path, number, f"atom {i}", seen, "Atoms")
+    row_of = {i: k for k, i in enumerate(data.ids.tolist())}
     data.position = np.array([reals(path, n, w[at_x:at_x + 3], "Atoms") for n, w in lines])
     data.charged = style in ("full", "charge") and any(reals(path, n, [w[at_x - 1]], "Atoms")[0] != 0 for n, w in lines)
-    images = np.array([[int(v) for v in w[columns:columns + 3]] or [0, 0, 0] for _, w in lines])
-    return [names.get(w[at_type]) or int(w[at_type]) for _, w in lines], row_of, images
+    images = np.array([[whole(path, n, v, "Atoms") for v in w[width - 3:]] if width > count else [0, 0, 0] for n, w in lines])
+    return [names.get(w[at_type]) or whole(path, n, w[at_type], "Atoms") for n, w in lines], row_of, images
 
 
 def _types_fit(lines, columns, names, header):
@@ -173,20 +176,38 @@ def _types_fit(lines, columns, names, header):
 
 
 def _row(path, number, row_of, word):
-    if int(word) not in row_of:
+    if whole(path, number, word, "the column of an atom") not in row_of:
         raise RunError(f"{path}:{number}: there is no atom {word}")
     return row_of[int(word)]
+
+
+def _velocities(path, data, rows, row_of):
+    """(N, 3) of the atoms, each named once."""
+    names, seen = "id vx vy vz" + TURNING.get(data.style, ""), {}
+    velocity = np.zeros_like(data.position)
+    for number, words in rows:
+        if data.style != "hybrid" or len(words) < 4:  # hybrid: more columns, of unknown number
+            columns(path, number, words, names, f"Velocities of atom style {data.style}")
+        row = _row(path, number, row_of, words[0])
+        once(path, number, f"atom {data.ids[row]}", seen, "Velocities")
+        velocity[row] = reals(path, number, words[1:4], "Velocities")
+    missing = next((i for i in row_of if f"atom {i}" not in seen), None)
+    if missing is not None:
+        raise RunError(f"{path}: Velocities has no row of atom {missing}; write one for each atom, or leave the section out")
+    return velocity
 
 
 def _masses(path, data, sections, types):
     data.mass = None
     if "Masses" in sections:
-        table = {}
+        table, seen = {}, {}
         for number, words in sections["Masses"][1]:
+            columns(path, number, words, "type mass", "Masses")
+            once(path, number, f"type {words[0]}", seen, "Masses")
             mass = reals(path, number, words[:2], "Masses")[1]
             if mass <= 0:
                 raise RunError(f"{path}:{number}: '{' '.join(words)[:60]}' in Masses: a mass must be positive")
-            table[int(words[0])] = mass
+            table[whole(path, number, words[0], "Masses")] = mass
         unknown = sorted(set(types) - set(table))
         if unknown:
             raise RunError(f"{path}: Masses has no atom type {unknown[0]}")
@@ -199,13 +220,16 @@ def _coefficients(path, data, sections, bonds, wanted):
         return
     hint, rows = sections["Bond Coeffs"]
     names = {w[1]: int(w[0]) for _, w in sections.get("Bond Type Labels", ("", []))[1]}
-    types = [names.get(w[1]) or int(w[1]) for _, w in bonds]
+    types = [names.get(w[1]) or whole(path, n, w[1], "Bonds") for n, w in bonds]
     if hint and hint not in ("harmonic", "hybrid"):
         raise RunError(f"{path}: bond style {hint} is not a spring, only harmonic is; put springs in its place by --stiffness and --rest_length")
-    table = {}
+    table, seen = {}, {}
     for number, words in rows:
+        if len(words) < 2:
+            columns(path, number, words, "type K r0", "Bond Coeffs")
+        once(path, number, f"type {words[0]}", seen, "Bond Coeffs")
         style, numbers = (words[1], words[2:]) if words[1][0].isalpha() else ("harmonic", words[1:])
-        kind = names.get(words[0]) or int(words[0])
+        kind = names.get(words[0]) or whole(path, number, words[0], "Bond Coeffs")
         if (style != "harmonic" or len(numbers) != 2) and kind in types:
             raise RunError(f"{path}:{number}: bond coefficients '{' '.join(words)}' are not harmonic K r0; put springs in their place by "
                            "--stiffness and --rest_length")

@@ -148,6 +148,37 @@ class Lammps(Case):
             self.refuses(self.write("data.bad", data().replace(before, after)), says=says)
         self.refuses(self.write("data.v", data() + "\nVelocities\n\n1 0 0 -inf\n2 0 0 0\n3 0 0 0\n"), says="in Velocities: -inf is not a finite number")
 
+    def test_rows_of_another_width(self):
+        """A row with a column too few or too many is refused with its line, whatever the section; so is a row that names again what another one named."""
+        whole = data(more="1 angles\n1 angle types\n").replace("Atoms #", "Angle Coeffs # harmonic\n\n1 6 120\n\nAtoms #") \
+            + "\nAngles\n\n1 1 1 2 3\n\nVelocities\n\n1 0 0 1\n2 0 0 2\n3 0 0 3\n"
+        lines = whole.split("\n")
+        self.assertEqual(self.lattice(self.write("data.whole", whole))["particles/velocity"][:, 2].tolist(), [1, 2, 3])
+        for section in ("Masses", "Bonds", "Angles", "Velocities"):
+            at = next(k for k, line in enumerate(lines) if line.startswith(section)) + 2
+            for row, how in ((lines[at] + " 1", "one more"), (lines[at].rsplit(" ", 1)[0], "one less")):
+                with self.subTest(section=section, how=how):
+                    self.refuses(self.write("data.bad", "\n".join([*lines[:at], row, *lines[at + 1:]])), says=f"data.bad:{at + 1}: '{row}' in {section}")
+        for section, key in (("Masses", "type 1"), ("Bond Coeffs", "type 1"), ("Angle Coeffs", "type 1"), ("Atoms", "atom 1"), ("Velocities", "atom 1")):
+            at = next(k for k, line in enumerate(lines) if line.startswith(section)) + 2
+            rest = at + 2 if section in ("Atoms", "Velocities") else at + 1  # in place of the next row where the number of rows is announced
+            again = [*lines[:at + 1], lines[at], *lines[rest:]]
+            with self.subTest(section=section, how="twice"):
+                self.refuses(self.write("data.bad", "\n".join(again)), says=f"data.bad:{at + 2}: {section} names {key} a second time, after line {at + 1}")
+        cut = whole.replace("3 atoms\n", "").replace("3 0 0 3\n", "")
+        self.refuses(self.write("data.bad", cut), says="Velocities has no row of atom 3")
+        turning = data(style=" # sphere", atoms="1 1 1 1 1 5 5\n2 1 1 1 2 5 5\n3 1 1 1 3 5 5\n") + "\nVelocities\n\n" + "".join(f"{i} 0 0 {i} 7 8 9\n" for i in (3, 1, 2))
+        self.assertEqual(self.lattice(self.write("data.turning", turning))["particles/velocity"][:, 2].tolist(), [1, 2, 3])
+        self.refuses(self.write("data.bad", turning.replace(" 7 8 9", "")), says="write 7: id vx vy vz wx wy wz")
+
+    def test_whole_numbers_and_boxes(self):
+        for before, after, says in (("3 1 1 1.5", f"{2 ** 63} 1 1 1.5", f"'{2 ** 63}' in Atoms has more than 64 bits"), ("3 1 1 1.5", "3.5 1 1 1.5", "'3.5' in Atoms is not a whole number"),
+                                    ("2 1 2 3", f"2 1 2 {2 ** 63}", "has more than 64 bits"), ("2 1 2 3", "2 1 2 2.5", ":28: '2.5' in the column of an atom is not a whole number"),
+                                    ("0 10 xlo", "10 0 xlo", ":7: '10 0 xlo xhi': the box ends below where it begins")):
+            self.assertIn(before, data())
+            self.refuses(self.write("data.bad", data().replace(before, after)), says=says)
+        self.assertEqual(self.lattice(self.write("data.big", data().replace("3 1 1 1.5", f"{2 ** 63 - 1} 1 1 1.5").replace("2 1 2 3", f"2 1 2 {2 ** 63 - 1}")))["particles/id"][2], 2 ** 63 - 1)
+
     def test_angles(self):
         """E = K (theta - theta0)^2: kappa = 2 K, energies as for bonds; in the plane angles start below pi; what is no angle spring is named."""
         def bent(coefficients="Angle Coeffs # harmonic\n\n1 6 120\n\n", title="by hand, units = lj", atoms="1 1 1 1 5 0\n2 1 1 2 5 0\n3 1 1 3 6 0\n", rows="1 1 1 2 3\n"):
