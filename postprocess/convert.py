@@ -105,7 +105,7 @@ def parse(argv=None):
     mesh.add_argument("--density", action="append", metavar="RHO[,GROUP=RHO...]", help="of bars [kg/m^3], with --area: every spring gives each of its ends half of rho A L; likewise by group")
     mesh.add_argument("--fixed", action=Listed, default="", metavar="WHAT,...", help="particles held still, with commas or the option repeated: " + HELP)
     mesh.add_argument("--dim", type=int, choices=(1, 2, 3), help="dimension (default 2 for flat meshes z = const, else 3; 3 keeps a flat mesh in space)")
-    mesh.add_argument("--merge", type=float, default=0.0, metavar="EPS", help="one point for points closer than EPS")
+    mesh.add_argument("--merge", type=float, default=0.0, metavar="EPS", help="one point for points not farther apart than EPS, directly or by way of others")
     mesh.add_argument("--keep_unused", action="store_true", help="keep points that belong to no element")
     mesh.add_argument("--rest_length", type=float, help="of every spring [m] (default: what the file says, else as they lie)")
     lammps = p.add_argument_group("LAMMPS data: springs are the harmonic bonds; mass, length and time stay in the file's units")

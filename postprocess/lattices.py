@@ -11,6 +11,9 @@ from finite import check_lattice
 from selection import select
 
 
+MOST_NEAR = 20_000_000  # pairs of points for --merge, whose memory they take
+
+
 def need_meshio():
     try:
         import meshio  # noqa: F401
@@ -110,15 +113,11 @@ def from_mesh(args):
 
 
 def tidy(position, pairs, merge, keep_unused):
-    """Merges points closer than `merge`, drops springs that became points or doubles, and points without springs.
+    """Merges points not farther apart than `merge`, drops springs that became points or doubles, and points without springs.
     Returns positions, pairs, and the new row (N,) of every point, -1 of those that are dropped."""
     row = first = np.arange(len(position))
     if merge > 0:
-        _, first, row = np.unique(np.round(position / merge).astype(np.int64), axis=0, return_index=True, return_inverse=True)
-        order = np.argsort(first)
-        rank = np.empty_like(order)
-        rank[order] = np.arange(len(order))
-        first, row = first[order], rank[row.reshape(-1)]
+        first, row = joined(position, merge)
         pairs = np.sort(row[pairs], axis=1)
         pairs = np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0)
     if not keep_unused:
@@ -127,6 +126,28 @@ def tidy(position, pairs, merge, keep_unused):
         place = np.where(used, np.cumsum(used) - 1, -1)
         first, row, pairs = first[used], place[row], place[pairs]
     return position[first], pairs, row
+
+
+def joined(position, reach):
+    """Of points not farther apart than `reach`, directly or by way of others, one: the rows of the first of each such set, and the place (N,) among them of every point's set."""
+    try:
+        from scipy.sparse import coo_matrix
+        from scipy.sparse.csgraph import connected_components
+        from scipy.spatial import cKDTree
+    except ImportError:
+        raise RunError("no scipy in this Python, which --merge needs; install with: sudo apt-get install python3-scipy") from None
+    places, place = np.unique(position, axis=0, return_inverse=True)  # each place once: many points at one have many pairs
+    scale = -np.frexp(np.abs(places).max(initial=0.0))[1]  # by a power of two, which rounds nothing: squares of large coordinates overflow
+    tree, reach = cKDTree(np.ldexp(places, scale)), np.ldexp(reach, scale)
+    if tree.count_neighbors(tree, reach) > max(MOST_NEAR, 100 * len(places)):
+        raise RunError(f"--merge {np.ldexp(reach, -scale):g}: points have far too many others so near; write a distance that is shorter than the springs")
+    near = tree.query_pairs(reach, output_type="ndarray")
+    part = connected_components(coo_matrix((np.ones(len(near), bool), near.T), shape=(len(places),) * 2), directed=False)[1]
+    _, first, row = np.unique(part[place.reshape(-1)], return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return first[order], rank[row.reshape(-1)]
 
 
 def _rows_of(pairs, wanted):

@@ -10,6 +10,7 @@ import unittest.mock
 import numpy as np
 
 from test_convert import MADE, Case
+import lattices
 
 try:
     import meshio
@@ -51,6 +52,32 @@ class Ply(Case):
         self.refuses(self.write("s.ply", text.replace("element camera", "element tristrips")), *MADE, says="triangle strips")
         self.refuses(self.write("n.ply", text.replace("3 4 0 1 2 3", "3 4 0 1 2 9")), *MADE, says="names point 9 of 5")
         self.refuses(self.write("t.ply", text.replace("property float nx", "property quad nx")), *MADE, says="t.ply: malformed PLY")
+
+
+class Merge(Case):
+    def test_one_point_for_those_that_a_chain_of_near_ones_joins(self):
+        """Against the closure of "not farther apart than EPS" by matrix products, over points at random and at borders of cells of that size."""
+        rng = np.random.default_rng(3)
+        for reach, points in ((0.1, rng.uniform(0, 1, (60, 3))), (0.1, np.round(rng.uniform(0, 1, (60, 3)), 1)), (1e-6, [[1.5e-6 - 1e-13, 0, 0], [1.5e-6 + 1e-13, 0, 0], [3.2e-6, 0, 0]]),
+                              (1e-300, [[0, 0, 0], [1e300, 1, 1], [0, 0, 0]]), (0.5, [[0.4 * k, 0, 0] for k in range(9)])):
+            points = np.asarray(points, float)
+            with np.errstate(over="ignore"):
+                near = np.linalg.norm(points[:, None] - points[None], axis=2) <= reach
+            for _ in points:
+                near = near @ near
+            first = near.argmax(axis=1)
+            kept, row = lattices.joined(points, reach)
+            np.testing.assert_array_equal(kept, np.unique(first))
+            np.testing.assert_array_equal(kept[row], first)
+
+    @unittest.skipUnless(meshio, "no meshio")
+    def test_merged_meshes(self):
+        apart = "".join(f"v {x!r} 0 0\n" for x in (0.0, 1.5e-6 - 1e-13 + 1, 1.5e-6 + 1e-13 + 1, 2.0, 2.0 + 1.7e-6))
+        found = self.lattice(self.write("m.obj", apart + "l 1 2\nl 3 4\nl 4 5\n"), *MADE, "--merge", "1e-6", "--dim", "1")
+        self.assertEqual(found["springs/pairs"].tolist(), [[0, 1], [1, 2], [2, 3]])
+        with unittest.mock.patch.object(lattices, "MOST_NEAR", 1000):
+            many = "".join(f"v {k} 0 0\n" for k in range(500)) + "l 1 2\n"
+            self.refuses(self.write("m.obj", many), *MADE, "--merge", "400", says="--merge 400: points have far too many others so near")
 
 
 # Two triangles on a square in format 4.1 (form of Gmsh 4.8): the surface is in a physical group, the curve is not.

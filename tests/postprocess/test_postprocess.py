@@ -478,7 +478,7 @@ class Converting(Case):
         np.testing.assert_allclose(strained["springs/stiffness"], [20 * 1.0, 40])
         for before, after, says in (("1 1 7 3", "1 1 7 4", "no atom 4"), ("# harmonic", "# fene", "fene"),
                                     ("1 10 1.0", "1 10 1.0 3", "not harmonic"), ("0.5 0 1", "0.5 zero 1", "'zero' in Atoms is not a number"),
-                                    ("Atoms # bond", "Atom # bond", "no section Atoms"), ("3 1 2 0.5", "7 1 2 0.5", "twice")):
+                                    ("Atoms # bond", "Atom # bond", "no section Atoms"), ("3 1 2 0.5", "7 1 2 0.5", "Atoms names atom 7 a second time")):
             self.assertIn(before, self.LAMMPS)
             path = self.write("bad.data", self.LAMMPS.replace(before, after))
             self.refuses("convert.py", path, "-o", self.path("x.h5"), says=says)
