@@ -84,6 +84,8 @@ def read_mesh(path):
         pairs = unique_edges(blocks)
     except RunError as error:
         raise RunError(f"{path}: {error}") from None
+    except OverflowError:
+        raise RunError(f"{path}: an element names a point beyond 64 bits, of {len(points)}") from None
     except (IndexError, ValueError) as error:
         raise RunError(f"{path}: an element lacks nodes ({error})") from None
     if not len(pairs) and not fields:
@@ -171,6 +173,7 @@ def _fields(path, kinds, points, cells, field):
 def _read_obj(path):
     """Wavefront OBJ: v, f (polygons) and l (polylines); numbers may count from the end. Normals, textures, groups are left out."""
     points, blocks, besides = [], {"polygon": [], "polyline": []}, {}
+    last, where = 0, None  # the largest number of a point, and its line: points may follow the elements
     with open(path, encoding="utf-8", errors="replace") as file:
         for number, line in enumerate(file, 1):
             words = line.split()
@@ -183,10 +186,16 @@ def _read_obj(path):
                     index = [int(w.split("/")[0]) for w in words[1:]]
                     if len(index) < 2 or 0 in index:
                         raise ValueError
+                    if min(index) < -len(points):
+                        raise RunError(f"{path}:{number}: '{line.strip()[:60]}' names point {min(index)} from the end of {len(points)}")
+                    if max(index) > last:
+                        last, where = max(index), f"{path}:{number}: '{line.strip()[:60]}'"
                     blocks["polygon" if words[0] == "f" else "polyline"].append(
                         [i - 1 if i > 0 else len(points) + i for i in index])
                 elif words and not words[0].startswith("#"):
                     besides[words[0]] = besides.get(words[0], 0) + 1
             except ValueError:
                 raise RunError(f"{path}:{number}: cannot read '{line.strip()[:60]}'") from None
+    if last > len(points):
+        raise RunError(f"{where} names point {last} of {len(points)}")
     return points, list(blocks.items()), [f"{count} lines {word}" for word, count in besides.items()]

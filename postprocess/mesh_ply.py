@@ -8,14 +8,22 @@ TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2"
 FORMS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
+class NotWhole(Exception):
+    """A number of a point that is none: in which row of which element, and what stands there."""
+
+
 def read_ply(path):
     """Points (N, 3), blocks [(kind of element, nodes)] as mesh_edges takes them, and what is left out, in words."""
     with open(path, "rb") as file:
         raw = file.read()
     try:
         order, elements, body = _header(raw)
-        tables = (_text if order == "" else _binary)(body, elements, order)
+        tables, starts = (_text if order == "" else _binary)(body, elements, order)
         return *_mesh(tables), _besides(tables)
+    except NotWhole as error:
+        name, row, value = error.args
+        line = f":{_line(raw, body, starts[name][row])}" if name in starts else ""
+        raise RunError(f"{path}{line}: {name} {row} names point {value:.17g}; points are whole numbers, counted from 0") from None
     except RunError as error:
         raise RunError(f"{path}: {error}") from None
     except (ValueError, IndexError, KeyError, OverflowError) as error:
@@ -43,20 +51,31 @@ def _header(raw):
     return order, elements, raw[raw.index(b"\n", end) + 1:]
 
 
+def _line(raw, body, word):
+    """The line of the file on which a word of its body stands."""
+    number = raw[:len(raw) - len(body)].count(b"\n")
+    for line in body.split(b"\n"):
+        number, word = number + 1, word - len(line.split())
+        if word < 0:
+            break
+    return number
+
+
 def _text(body, elements, _):
-    """{element: {property: column, or list of rows}}, from words."""
-    words, at, tables = body.split(), 0, {}
+    """{element: {property: column, or list of rows}}, from words, and {element: the first word of every row}."""
+    words, at, tables, starts = body.split(), 0, {}, {}
     for name, count, properties in elements:
         if not any(length for _, length, _ in properties):
             width = len(properties)
             if at + count * width > len(words):
                 raise RunError(f"element {name} ends early: truncated?")
             block = np.array(words[at:at + count * width], dtype=float).reshape(count, width)
-            tables[name] = {p[0]: block[:, k] for k, p in enumerate(properties)}
+            tables[name], starts[name] = {p[0]: block[:, k] for k, p in enumerate(properties)}, range(at, at + count * width, max(width, 1))
             at += count * width
             continue
-        table = {p[0]: [] for p in properties}
+        table, starts[name] = {p[0]: [] for p in properties}, []
         for _ in range(count):
+            starts[name].append(at)
             for key, length, _ in properties:
                 size = int(words[at]) if length else 1
                 at += 1 if length else 0
@@ -66,11 +85,11 @@ def _text(body, elements, _):
                 table[key].append(row if length else row[0])
                 at += size
         tables[name] = table
-    return tables
+    return tables, starts
 
 
 def _binary(body, elements, order):
-    """The same from bytes. Rows whose lists are as long as the first row's are read at once, as far as they go."""
+    """The same from bytes, without the words. Rows whose lists are as long as the first row's are read at once, as far as they go."""
     at, tables = 0, {}
     for name, count, properties in elements:
         table, done = {p[0]: [] for p in properties}, 0
@@ -90,7 +109,7 @@ def _binary(body, elements, order):
             at, done = at + take * row.itemsize, done + take
         tables[name] = {key: [r for part in parts for r in part] if any(p[0] == key and p[1] for p in properties)
                         else np.concatenate(parts or [np.zeros(0)]) for key, parts in table.items()}
-    return tables
+    return tables, {}
 
 
 def _row_type(body, at, properties, order, name):
@@ -116,6 +135,16 @@ def _besides(tables):
             if name not in USED or key not in USED[name]]
 
 
+def _points_of(values, name, rows):
+    """Rows of points as whole numbers; `rows`: those of the element `name` that these are."""
+    values = np.asarray(values)
+    none = ~(np.abs(values) < 2.0 ** 53) | (np.floor(values) != values)
+    if none.any():
+        k = int(none.any(axis=1).argmax())
+        raise NotWhole(name, int(rows[k]), float(values[k][none[k]][0]))
+    return values.astype(np.int64)
+
+
 def _mesh(tables):
     if "tristrips" in tables:
         raise RunError("triangle strips (element tristrips) are not supported; write triangles as element face")
@@ -128,9 +157,11 @@ def _mesh(tables):
     sizes = np.array([len(r) for r in rings], dtype=int)
     for size in np.unique(sizes):
         if size > 1:
-            nodes = np.array([rings[k] for k in np.flatnonzero(sizes == size)]).astype(np.int64)
+            these = np.flatnonzero(sizes == size)
+            nodes = _points_of([rings[k] for k in these], "face", these)
             blocks.append(({3: "triangle", 4: "quad"}.get(int(size), "polygon"), nodes))
     edge = tables.get("edge", {})
     if "vertex1" in edge and "vertex2" in edge:
-        blocks.append(("line", np.stack([edge["vertex1"], edge["vertex2"]], axis=1).astype(np.int64)))
+        ends = np.stack([edge["vertex1"], edge["vertex2"]], axis=1)
+        blocks.append(("line", _points_of(ends, "edge", np.arange(len(ends)))))
     return points, blocks

@@ -54,6 +54,41 @@ class Ply(Case):
         self.refuses(self.write("t.ply", text.replace("property float nx", "property quad nx")), *MADE, says="t.ply: malformed PLY")
 
 
+    def test_points_that_are_none(self):
+        """A number that is not whole is no point, in faces and edges, in text with the line, in bytes with the row."""
+        head = PLY_HEAD.format(form="ascii")
+        body = "".join(f"{x} {y} {z} 0.5 9 0.1\n" for x, y, z in POINTS) + "".join(f"3 {len(f)} {' '.join(map(str, f))} 6 0 1 2 3 4 5\n" for f in FACES) + "2 4 0\n1.5\n"
+        at = head.count("\n") + len(POINTS)
+        for bad in ("2.7", "nan", "inf", "-inf", "1e300"):
+            for good, line, says in (("3 3 0 2 3 6", at + 2, "face 1 names point "), ("3 4 0 1 2 3 6", at + 3, "face 2 names point "), ("\n2 4 0", at + 4, "edge 0 names point ")):
+                words = good.split(" ")
+                words[2 if good[0] == "3" else 1] = bad
+                self.assertIn(good, body)
+                with self.subTest(bad=bad, of=good):
+                    self.refuses(self.write("m.ply", head + body.replace(good, " ".join(words))), *MADE, says=f"m.ply:{line}: {says}{float(bad):.17g}; points are whole numbers")
+        raw = b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nelement face 1\nproperty list uchar float vertex_index\nend_header\n"
+        raw += struct.pack("<6f", 0, 0, 1, 0, 0, 1)
+        self.assertEqual(len(self.lattice(self.write("m.ply", raw + struct.pack("<B3f", 3, 0, 1, 2)), *MADE)["springs/pairs"]), 3)
+        for bad in (1.5, float("nan")):
+            self.refuses(self.write("m.ply", raw + struct.pack("<B3f", 3, 0, bad, 2)), *MADE, says=f"m.ply: face 0 names point {bad}; points are whole numbers")
+
+
+class Obj(Case):
+    def test_points_that_are_not_there(self):
+        """Numbers of any size, counted from the start or from the end, in faces and lines, before and after the points: refused with the line."""
+        points = "v 0 0 0\nv 1 0 0\nv 1 1 0\n"
+        if not meshio:
+            self.skipTest("no meshio")
+        self.assertEqual(len(self.lattice(self.write("m.obj", "f 1 2 3\n" + points), *MADE)["springs/pairs"]), 3)
+        for bad in (4, 2 ** 31, 2 ** 63, 10 ** 30):
+            for kind, element in (("f", f"f 1 2 {bad}"), ("l", f"l {bad} 1")):
+                for text, line in ((points + element + "\n", 4), (element + "\n" + points, 1)):
+                    with self.subTest(element=element, line=line):
+                        self.refuses(self.write("m.obj", text), *MADE, says=f"m.obj:{line}: '{element}' names point {bad} of 3")
+                negative = element.replace(str(bad), str(-bad))
+                self.refuses(self.write("m.obj", points + negative + "\n"), *MADE, says=f"m.obj:4: '{negative}' names point {-bad} from the end of 3")
+
+
 class Merge(Case):
     def test_one_point_for_those_that_a_chain_of_near_ones_joins(self):
         """Against the closure of "not farther apart than EPS" by matrix products, over points at random and at borders of cells of that size."""

@@ -728,7 +728,7 @@ class WrongFiles(Case):
         for text, args, says in ((None, (), "says nothing of stiffness"), (None, ("--stiffness", 1), "says nothing of mass"),
                                  (None, ("--stiffness", -1), "0 or more"), (None, (*SPRINGS, "--dim", 2), "would drop z"),
                                  (None, (*SPRINGS, "--fixed", "top"), "--fixed top"), ("v 0 0\nf 1 2\n", SPRINGS, ":1:"),
-                                 ("v 0 0 0\n", SPRINGS, "no elements"), ("v 0 0 0\nv 0 1 0\nf 1 2 9\n", SPRINGS, "point 8 of 2"),
+                                 ("v 0 0 0\n", SPRINGS, "no elements"), ("v 0 0 0\nv 0 1 0\nf 1 2 9\n", SPRINGS, "bad.obj:3: 'f 1 2 9' names point 9 of 2"),
                                  ("v 0 0 0\nv 0 0 0\nl 1 2\n", SPRINGS, "at one place")):
             path = good if text is None else self.write("bad.obj", text)
             self.refuses("convert.py", path, "-o", self.path("x.h5"), *args, says=says)
