@@ -174,7 +174,7 @@ def _read_obj(path):
     """Wavefront OBJ: v, f (polygons) and l (polylines); numbers may count from the end. Normals, textures, groups are left out."""
     points, blocks, besides = [], {"polygon": [], "polyline": []}, {}
     last, where = 0, None  # the largest number of a point, and its line: points may follow the elements
-    with open(path, encoding="utf-8", errors="replace") as file:
+    with open(path, encoding="utf-8-sig", errors="replace") as file:
         for number, line in enumerate(file, 1):
             words = line.split()
             try:

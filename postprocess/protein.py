@@ -1,7 +1,13 @@
 """C-alpha atoms of a PDB file and the springs of its elastic network (anisotropic network model)."""
+import re
+
 import numpy as np
 
 from backspring_io import RunError
+
+
+MARK = b"\xef\xbb\xbf".decode("latin-1")  # some editors' first bytes of a file in UTF-8
+ODD = re.compile(r"[^A-Za-z]*(ATOM\b|HETATM|MODEL\b)|atom  |hetatm")  # a record that is spoilt, and whose atoms would be passed over
 
 
 class Protein:
@@ -26,13 +32,16 @@ def _atoms(path):
     """(line number, model, line) of every ATOM and HETATM record; models count from 1."""
     model, found = 1, 0
     try:
-        with open(path, encoding="ascii", errors="replace") as f:
+        with open(path, encoding="latin-1") as f:  # a character each byte, as columns count them
             for number, line in enumerate(f, 1):
+                line = line.removeprefix(MARK) if number == 1 else line
                 if line.startswith("MODEL"):
                     found += 1
                     model = found
                 elif line.startswith(("ATOM  ", "HETATM")):
                     yield number, model, line.rstrip("\n")
+                elif ODD.match(line):
+                    raise RunError(f"{path} line {number}: {ascii(line.strip()[:30])} is no record; write ATOM, HETATM or MODEL in capitals from column 1, and blanks up to column 6")
     except OSError as error:
         raise RunError(f"{path}: {error.strerror}") from None
 

@@ -80,6 +80,7 @@ class Obj(Case):
         if not meshio:
             self.skipTest("no meshio")
         self.assertEqual(len(self.lattice(self.write("m.obj", "f 1 2 3\n" + points), *MADE)["springs/pairs"]), 3)
+        self.assertEqual(len(self.lattice(self.write("m.obj", "\ufeff" + points + "f 1 2 3\n"), *MADE)["springs/pairs"]), 3)  # with a mark of UTF-8
         for bad in (4, 2 ** 31, 2 ** 63, 10 ** 30):
             for kind, element in (("f", f"f 1 2 {bad}"), ("l", f"l {bad} 1")):
                 for text, line in ((points + element + "\n", 4), (element + "\n" + points, 1)):

@@ -41,7 +41,7 @@ class Case(unittest.TestCase):
     def path(self, name, text=None):
         path = os.path.join(self.folder, name)
         if text is not None:
-            with open(path, "w", encoding="ascii") as f:
+            with open(path, "w", encoding="latin-1") as f:
                 f.write(text)
         return path
 
@@ -88,6 +88,20 @@ class Proteins(Case):
         self.refuses(lambda: self.lattice("--cutoff", "0"), "--cutoff 0.0: must be positive")
         mesh = synthetic.cube(self.path("c.h5md"), 3, frames=2)
         self.refuses(lambda: convert.main([mesh, "-o", self.path("o.xyz"), "--cutoff", "5"]), "are for PDB files")
+
+
+    def test_records_that_do_not_begin_in_column_1(self):
+        """A mark of UTF-8 at the start is passed over; other characters before an atom or a model, wherever it stands, are refused with the line, for what follows would be passed over."""
+        mark, whole = "\xef\xbb\xbf", self.lattice()
+        self.assertEqual(self.lattice(text=mark + FILE)["particles/id"].tolist(), whole["particles/id"].tolist())
+        atoms = "".join(line + "\n" for line in FILE.split("ENDMDL")[0].splitlines() if line.startswith(("ATOM", "HETATM")))
+        self.assertEqual(self.lattice(text=mark + atoms)["particles/id"].tolist(), whole["particles/id"].tolist())
+        self.assertEqual(self.lattice(text=FILE.replace("made by hand", "J\xfcrgen's atom  and ATOM"))["particles/id"].tolist(), whole["particles/id"].tolist())
+        lines = FILE.splitlines()
+        for k in [k for k, line in enumerate(lines) if line.startswith(("ATOM", "HETATM", "MODEL"))]:
+            for spoilt in ("\xef" + lines[k], " " + lines[k], mark + lines[k], lines[k].replace("ATOM  ", "ATOM\t").replace("HETATM", "hetatm").replace("MODEL", "?MODEL")):
+                with self.subTest(line=spoilt):
+                    self.refuses(lambda: self.lattice(text="\n".join([*lines[:k], spoilt, *lines[k + 1:]])), f"made.pdb line {k + 1}: {ascii(spoilt.strip()[:30])} is no record")
 
 
 class Drawn(Case):
