@@ -180,9 +180,10 @@ def frame_interval(settings):
     """The shortest time that every varied -ts_dt divides, as text: frames there cut no step short. None if no step is
     varied, or if the steps have no such time of reasonable length (then only the first and the last frame are kept)."""
     steps = sorted({s["ts_dt"] for s in settings if "ts_dt" in s}, key=float)
-    if len(steps) < 2:
-        return None
     parts = [Fraction(s).limit_denominator(10 ** 12) for s in steps]
+    parts = [p for p in parts if p > 0]  # a step that is none is refused by the program, in its own point
+    if len(parts) < 2:
+        return None
     common = parts[0]
     for p in parts[1:]:  # lcm(a/b, c/d) = lcm(ad, cb)/(bd)
         a, c = common.numerator * p.denominator, p.numerator * common.denominator

@@ -155,7 +155,12 @@ def make_points(plan):
             plan["interval"] = frame_interval(settings)
         except ValueError as error:
             raise RunError(f"-ts_dt takes numbers ({error})") from None
-    return [make_point(plan, s) for s in settings]
+    points, seen = [make_point(plan, s) for s in settings], set()
+    for point in points:
+        if point.name in seen:
+            raise RunError(f"the point {point.label()} is there twice; write every value of what varies once")
+        seen.add(point.name)
+    return points
 
 
 def draw(plan, series, groups, floor, ending):

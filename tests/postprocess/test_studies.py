@@ -129,6 +129,27 @@ class Sweeping(base.Case):
         done = subprocess.run([script, "-bs_overwrite"], capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
+    def test_a_step_that_is_none_fails_alone(self):
+        for steps in ("-1,0.5,0.25", "0.5,0,0.25"):
+            bad = next(s for s in steps.split(",") if float(s) <= 0)
+            done = self.sweep("--options_file", FALL, "--options", "-ts_max_time 1 -ts_type cn", "--vary", f"-ts_dt={steps}", code=3, out=f"study{steps}")
+            rows = {r["ts_dt"]: r for r in self.rows(f"study{steps}")}
+            self.assertEqual({s: r["status"] for s, r in rows.items()}, {"0.5": "ok", "0.25": "ok", bad: "failed"}, done.stderr)
+            self.assertIn("-ts_dt", rows[bad]["reason"])
+            self.assertNotIn("-bs_output_interval", done.stderr)
+            self.assertIn("1 of 3 points failed", done.stderr)
+
+    def test_values_given_twice(self):
+        """The same point twice is refused before anything is run, on the command line, in a file, by ranks, and by axes that say the same; the same value beside others is not."""
+        vary = "options_file: " + FALL + "\nvary:\n"
+        for args, says in ((["--options_file", FALL, "--vary", "-ts_dt=0.1,0.2,0.1"], "ts_dt=0.1"), ([self.write("a.yaml", vary + "  ts_dt: [0.1, 0.1]\n")], "ts_dt=0.1"),
+                           (["--options_file", FALL, "--np", "1,1"], "np=1"), (["--options_file", FALL, "--vary", "-ts_type=cn,cn -ts_dt=1,1"], "ts_type=cn ts_dt=1"),
+                           ([self.write("b.yaml", vary + "  ts_dt: [0.1, 0.2]\n  method: [{ts_type: cn, ts_dt: 0.3}]\n")], "ts_dt=0.3 ts_type=cn")):
+            done = self.sweep(*args, code=2)
+            self.assertEqual(done.stderr, f"sweep.py: the point {says} is there twice; write every value of what varies once\n")
+            self.assertFalse(os.path.exists(self.path("study")))
+        self.assertEqual(len(self.commands("--vary", "-ts_type=cn,cn -ts_dt=0.1,0.2", "--options_file", FALL)), 2)
+
     def test_an_interrupted_sweep_goes_on(self):
         args = ["--options_file", FALL, "--options", "-ts_max_time 1e8 -bs_output_interval 1", "--vary", "-ts_dt=0.25,0.2", "--interval", 1]
         command = [sys.executable, os.path.join(base.TOOLS, "sweep.py"), "--program", PROGRAM, "-o", self.path("study"), *map(str, args)]
