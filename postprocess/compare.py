@@ -20,6 +20,7 @@ import numpy as np  # noqa: E402
 import differences  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
 from listed import Listed  # noqa: E402
+from run_data import counted  # noqa: E402
 
 ENDINGS = (".png", ".pdf", ".svg")
 
@@ -38,7 +39,7 @@ def parse(argv=None):
     p.add_argument("--rows", type=int, default=10, help="lines of the table (default 10)")
     p.add_argument("--csv", metavar="F", help="every common time as CSV")
     p.add_argument("-o", "--output", metavar="F", help="differences over time as a picture: .png .pdf .svg")
-    p.add_argument("--quiet", action="store_true", help="print the verdict alone")
+    p.add_argument("--quiet", action="store_true", help="print the verdict alone, without the table and without the number of frames that only one file has")
     return p.parse_args(argv)
 
 
@@ -55,6 +56,19 @@ def frames_of(a, b, args):
     if not frames:
         raise RunError(f"{a.path} and {b.path} have no time in common in this span (--interpolate compares between frames)")
     return frames
+
+
+def tell_left_out(a, b, args):
+    """Says how many frames of each have no counterpart in the other, as where one run was killed; with --interpolate those beyond the other's span."""
+    pairs = np.array(differences.common_frames(a, b)).reshape(-1, 2)
+    for k, (run, other) in enumerate(((a, b), (b, a))):
+        slack = differences.SLACK * np.ptp(b.times)
+        compared = (run.times >= other.times[0] - slack) & (run.times <= other.times[-1] + slack) if args.interpolate else np.isin(np.arange(run.frames), pairs[:, k])
+        asked = (run.times >= args.start) & (run.times <= args.end)
+        alone = np.count_nonzero(asked & ~compared)
+        if alone:
+            print(f"compare.py: {alone} of {counted(np.count_nonzero(asked), 'frame')} of {run.path} {'has' if alone == 1 else 'have'} no counterpart in {other.path}: not compared",
+                  file=sys.stderr)
 
 
 def report(d, unit, args, a):
@@ -135,9 +149,7 @@ def main(argv=None):
         if not args.quiet:
             for d in found:
                 report(d, a.unit(d.quantity), args, a)
-            missed = min(a.frames, b.frames) - len(frames)
-            if missed > 0 and not args.interpolate:
-                print(f"compare.py: {a.frames} and {b.frames} frames, {len(frames)} compared", file=sys.stderr)
+            tell_left_out(a, b, args)
         if args.csv:
             write_csv(args.csv, found)
         if args.output:

@@ -2,6 +2,7 @@
 """Tests of compare.py and of the lazy frames, on files made by formula."""
 import csv
 import os
+import shutil
 import sys
 import unittest
 
@@ -126,6 +127,29 @@ class Comparing(base.Case):
         self.verdict(a, b, "--rtol", 1e-12, code=0)
         self.verdict(a, b, "--rtol", 1e-9, "--interpolate", code=1)
         self.verdict(a, b, "--rtol", 1e-3, "--interpolate", "--quantity", "position", code=0)
+
+    def test_frames_that_only_one_run_has_are_told(self):
+        """Of runs that were killed, whichever of the two it is, with other intervals, within the span that is asked for; none are told where every frame has its counterpart."""
+        def alone(*args):
+            return [line.split("compare.py: ")[1].split(" no counterpart")[0] for line in self.verdict(*args, "--rtol", 1e-3, "--quantity", "position", code=0).stderr.splitlines()]
+        whole, coarse = synthetic.chain(self.path("whole.h5md"), 2, frames=31), synthetic.chain(self.path("coarse.h5md"), 2, frames=21)
+        for frames in (1, 30):
+            cut = self.path(f"cut{frames}.h5md")
+            shutil.copy(whole, cut)
+            with h5py.File(cut, "a") as f:
+                for name in ("position/value", "position/time", "position/step", "velocity/value"):
+                    f["particles/trajectory/" + name].resize(frames, axis=0)
+            said = f"{31 - frames} of 31 frames of {whole} {'has' if frames == 30 else 'have'}"
+            self.assertEqual((alone(cut, whole), alone(whole, cut)), ([said], [said]))
+            self.assertEqual(alone(cut, whole, "--quiet"), [])
+            with open_run(cut) as run:
+                self.assertEqual(alone(cut, whole, "--to", run.times[-1]), [])
+            self.assertEqual(alone(cut, whole, "--interpolate"), [said])
+            if frames > 1:
+                self.assertEqual(alone(whole, cut, "--interpolate"), [said])
+        self.assertEqual(alone(coarse, whole), [f"10 of 21 frames of {coarse} have", f"20 of 31 frames of {whole} have"])
+        self.assertEqual(alone(coarse, whole, "--interpolate"), [])
+        self.assertEqual(alone(whole, whole), [])
 
     def test_linear_systems(self):
         a, b = synthetic.linear(self.path("a.h5")), synthetic.linear(self.path("b.h5"))
