@@ -67,8 +67,8 @@ def tell_left_out(a, b, args):
         asked = (run.times >= args.start) & (run.times <= args.end)
         alone = np.count_nonzero(asked & ~compared)
         if alone:
-            print(f"compare.py: {alone} of {counted(np.count_nonzero(asked), 'frame')} of {run.path} {'has' if alone == 1 else 'have'} no counterpart in {other.path}: not compared",
-                  file=sys.stderr)
+            said = f"{alone} of {counted(np.count_nonzero(asked), 'frame')} of {run.path} {'has' if alone == 1 else 'have'}"
+            print(f"compare.py: {said} no counterpart in {other.path}: not compared", file=sys.stderr)
 
 
 def report(d, unit, args, a):

@@ -124,7 +124,7 @@ def parse(argv=None):
     run.add_argument("--frames", metavar="A:B", help="of a series, B excluded (default all)")
     run.add_argument("--stride", type=int, default=1, help="every STRIDE-th frame of a series")
     run.add_argument("--pieces", choices=("vtu", "vtp"), default="vtu", type=str, help="files of a .pvd series (default vtu)")
-    run.add_argument("--all_springs", action="store_true", help="of VTU, VTP, PVD: broken springs and those that carry nothing, too, with the flag broken")
+    run.add_argument("--all_springs", action="store_true", help="of VTU, VTP, PVD: broken springs, angle springs and hinges, and springs that carry nothing, too, with the flag broken")
     run.add_argument("--box_lengths", action="store_true", help="of H5MD: a periodic box along the axes as three lengths, as VOTCA has it (default: three vectors)")
     run.add_argument("--frame", type=int, default=-1, help="of a single file (default -1, the last)")
     return p.parse_args(argv)

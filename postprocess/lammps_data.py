@@ -18,7 +18,8 @@ STYLES = {"atomic": (1, 2, 5), "bond": (2, 3, 6), "angle": (2, 3, 6), "molecular
           "edpd": (1, 4, 7), "line": (2, 5, 8), "tri": (2, 5, 8), "electron": (1, 5, 8), "sph": (1, 5, 8), "dipole": (1, 3, 9),
           "spin": (1, 2, 9), "dielectric": (2, 4, 15), "wavepacket": (1, 8, 11), "bpm/sphere": (2, 5, 8)}
 # Columns of "Velocities", where there are more than id vx vy vz.
-TURNING = {**dict.fromkeys(("sphere", "line", "bpm/sphere"), " wx wy wz"), **dict.fromkeys(("ellipsoid", "body", "tri"), " lx ly lz"), **dict.fromkeys(("electron", "wavepacket"), " ervel")}
+TURNING = {**dict.fromkeys(("sphere", "line", "bpm/sphere"), " wx wy wz"), **dict.fromkeys(("ellipsoid", "body", "tri"), " lx ly lz"),
+           **dict.fromkeys(("electron", "wavepacket"), " ervel")}
 GUESSED = ("atomic", "bond", "full", "charge")
 NUMBERS = ("Velocities", "Bonds", "Angles")  # sections whose rows must be numbers
 LEFT_OUT = ("dihedrals", "impropers")  # by their numbers, all others by the name of their section

@@ -41,7 +41,8 @@ def _atoms(path):
                 elif line.startswith(("ATOM  ", "HETATM")):
                     yield number, model, line.rstrip("\n")
                 elif ODD.match(line):
-                    raise RunError(f"{path} line {number}: {ascii(line.strip()[:30])} is no record; write ATOM, HETATM or MODEL in capitals from column 1, and blanks up to column 6")
+                    raise RunError(f"{path} line {number}: {ascii(line.strip()[:30])} is no record; "
+                                   "write ATOM, HETATM or MODEL in capitals from column 1, and blanks up to column 6")
     except OSError as error:
         raise RunError(f"{path}: {error.strerror}") from None
 

@@ -146,8 +146,8 @@ class JoinedRun:
         triples = self._array("/connectivity/angles")
         if triples is None:
             return None
-        return Angles(triples, *(self._array("/connectivity/angles_" + k) for k in ("stiffness", "rest_angle")), self._shift("angles", 3), self._turn_limits("angles", len(triples)),
-                      np.arange(len(triples)))
+        columns = [self._array("/connectivity/angles_" + k) for k in ("stiffness", "rest_angle")]
+        return Angles(triples, *columns, self._shift("angles", 3), self._turn_limits("angles", len(triples)), np.arange(len(triples)))
 
     def angles_at(self, frame):
         """Angle springs that are whole in a frame, or None where there are none."""

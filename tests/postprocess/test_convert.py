@@ -172,12 +172,15 @@ class Lammps(Case):
         self.refuses(self.write("data.bad", turning.replace(" 7 8 9", "")), says="write 7: id vx vy vz wx wy wz")
 
     def test_whole_numbers_and_boxes(self):
-        for before, after, says in (("3 1 1 1.5", f"{2 ** 63} 1 1 1.5", f"'{2 ** 63}' in Atoms has more than 64 bits"), ("3 1 1 1.5", "3.5 1 1 1.5", "'3.5' in Atoms is not a whole number"),
-                                    ("2 1 2 3", f"2 1 2 {2 ** 63}", "has more than 64 bits"), ("2 1 2 3", "2 1 2 2.5", ":28: '2.5' in the column of an atom is not a whole number"),
+        for before, after, says in (("3 1 1 1.5", f"{2 ** 63} 1 1 1.5", f"'{2 ** 63}' in Atoms has more than 64 bits"),
+                                    ("3 1 1 1.5", "3.5 1 1 1.5", "'3.5' in Atoms is not a whole number"),
+                                    ("2 1 2 3", f"2 1 2 {2 ** 63}", "has more than 64 bits"),
+                                    ("2 1 2 3", "2 1 2 2.5", ":28: '2.5' in the column of an atom is not a whole number"),
                                     ("0 10 xlo", "10 0 xlo", ":7: '10 0 xlo xhi': the box ends below where it begins")):
             self.assertIn(before, data())
             self.refuses(self.write("data.bad", data().replace(before, after)), says=says)
-        self.assertEqual(self.lattice(self.write("data.big", data().replace("3 1 1 1.5", f"{2 ** 63 - 1} 1 1 1.5").replace("2 1 2 3", f"2 1 2 {2 ** 63 - 1}")))["particles/id"][2], 2 ** 63 - 1)
+        largest = data().replace("3 1 1 1.5", f"{2 ** 63 - 1} 1 1 1.5").replace("2 1 2 3", f"2 1 2 {2 ** 63 - 1}")
+        self.assertEqual(self.lattice(self.write("data.big", largest))["particles/id"][2], 2 ** 63 - 1)
 
     def test_angles(self):
         """E = K (theta - theta0)^2: kappa = 2 K, energies as for bonds; in the plane angles start below pi; what is no angle spring is named."""

@@ -94,7 +94,8 @@ class Merge(Case):
     def test_one_point_for_those_that_a_chain_of_near_ones_joins(self):
         """Against the closure of "not farther apart than EPS" by matrix products, over points at random and at borders of cells of that size."""
         rng = np.random.default_rng(3)
-        for reach, points in ((0.1, rng.uniform(0, 1, (60, 3))), (0.1, np.round(rng.uniform(0, 1, (60, 3)), 1)), (1e-6, [[1.5e-6 - 1e-13, 0, 0], [1.5e-6 + 1e-13, 0, 0], [3.2e-6, 0, 0]]),
+        for reach, points in ((0.1, rng.uniform(0, 1, (60, 3))), (0.1, np.round(rng.uniform(0, 1, (60, 3)), 1)),
+                              (1e-6, [[1.5e-6 - 1e-13, 0, 0], [1.5e-6 + 1e-13, 0, 0], [3.2e-6, 0, 0]]),
                               (1e-300, [[0, 0, 0], [1e300, 1, 1], [0, 0, 0]]), (0.5, [[0.4 * k, 0, 0] for k in range(9)])):
             points = np.asarray(points, float)
             with np.errstate(over="ignore"):

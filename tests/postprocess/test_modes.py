@@ -91,7 +91,7 @@ class Proteins(Case):
 
 
     def test_records_that_do_not_begin_in_column_1(self):
-        """A mark of UTF-8 at the start is passed over; other characters before an atom or a model, wherever it stands, are refused with the line, for what follows would be passed over."""
+        """A mark of UTF-8 at the start is passed over; other characters before an atom or a model are refused with the line: what follows would be passed over."""
         mark, whole = "\xef\xbb\xbf", self.lattice()
         self.assertEqual(self.lattice(text=mark + FILE)["particles/id"].tolist(), whole["particles/id"].tolist())
         atoms = "".join(line + "\n" for line in FILE.split("ENDMDL")[0].splitlines() if line.startswith(("ATOM", "HETATM")))
