@@ -105,6 +105,7 @@ def checks(folder):
     return {"cube": (cubic((16, 16, 16), 250), 25, 31), "beam": (cubic((4, 4, 250), 240, 1e-5), 25, 28),
             "beam, nearly static": (cubic((4, 4, 250), 24000, 1e-6), 30, 35), "plate": (cubic((30, 30, 3), 240, 1e-5, "xmin"), 28, 34),
             "plate that bends far": (cubic((40, 40, 3), 24000, 1e-3, "xmin"), 40, 50),
+            "cloth": (cloth(60), 42, 53),
             "a fifth of the springs stiff": (cubic((12, 12, 12), 25, bs_lattice_stiff_fraction=0.2, bs_lattice_stiff_factor=1e4), 55, 95),
             "stiff springs, cut by ranks": (cubic((12, 12, 12), 25, bs_lattice_stiff_fraction=0.1, bs_lattice_stiff_factor=1e4), 48, 78),
             "half of the springs stiff": (cubic((12, 12, 12), 25, bs_lattice_stiff_fraction=0.5, bs_lattice_stiff_factor=1e4), 20, 60),
