@@ -54,6 +54,13 @@ def bad_arguments():
         bs.statics(net(law="springy", fixed=[0]))
     with raised(bs.InputError, "ts_dt"):
         next(bs.run(net(), dt=-1.0, until=1.0))
+    with tempfile.TemporaryDirectory() as folder:  # PETSc would read up to the NUL
+        for options in ({"bs_output": f"{folder}/a\0b.h5md"}, {"bs_output": pathlib.Path(folder) / "a\0b.h5md"}, {"bs_gravity": [0, "1\0"]}, {"bs_gravity\0": (0, 1)}):
+            with raised(bs.InputError, "option", "NUL"):
+                next(bs.run(net(), dt=0.1, until=0.2, **options))
+        with raised(bs.InputError, "option bs_output", "NUL"):
+            net(options={"bs_output": f"{folder}/a\0b.h5md"})
+        assert not list(pathlib.Path(folder).iterdir())
     with raised(bs.InputError, "Lattice"):
         bs.statics(x)
     with raised(bs.InputError, "shape"):

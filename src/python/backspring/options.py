@@ -14,10 +14,17 @@ from .errors import InputError
 from .kinds import Loads, Option, Settings, Shared
 
 
+def _whole_text(name: str, text: str) -> str:
+    """The text, which PETSc would read up to a NUL alone: another name of a file, say, or of an option."""
+    if "\0" in text:
+        raise InputError(f"option {name}: {text!r} holds a NUL character: leave it out")
+    return text
+
+
 def text_of(name: str, value: Option) -> str:
     """What stands behind an option on the command line: numbers with all their digits, lists with commas, flags as true and false."""
     if isinstance(value, (str, os.PathLike)):
-        return str(os.fspath(value))
+        return _whole_text(name, str(os.fspath(value)))
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, numbers.Integral):
@@ -34,7 +41,7 @@ def text_of(name: str, value: Option) -> str:
 
 def settings_of(options: Mapping[str, Option]) -> Settings:
     """[(name with its dash, text)] of keywords {name: value}; those whose value is None are left out, True gives a flag."""
-    return [("-" + name, text_of(name, value)) for name, value in options.items() if value is not None]
+    return [("-" + _whole_text(repr(name), name), text_of(name, value)) for name, value in options.items() if value is not None]
 
 
 def whole(name: str, value: Any) -> int:
