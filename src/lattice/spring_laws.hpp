@@ -58,6 +58,7 @@ std::vector<SpringHistory> spring_histories();
 /// One column of a law's table.
 struct InteractionParameter {
   const char *name, *label, *unit;  ///< of the dataset; in messages
+  Powers powers = {};               ///< what `unit` is made of
 };
 
 /// A law as readers, writers and checks see it.

@@ -63,6 +63,7 @@ struct ObservableColumn {
   std::string name;
   int width = 1;
   int columns = 0;  ///< of the matrix that it is; 0: none
+  Powers powers = {};
   GrowingColumn column;
   std::vector<double> waiting;
   bool left_out = false;  ///< a continued file of an earlier version of the program has no such column

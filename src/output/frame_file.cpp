@@ -82,7 +82,7 @@ PetscErrorCode Trajectory::Impl::describe(const std::vector<Field>& given, const
   for (std::size_t i = 0; i < given.size(); ++i) PetscCall(fields[i].describe(given[i], columns));
   for (const Observable& o : observed) {
     const int columns_of = o.name == BOX_EDGES && o.columns > 0 ? columns : o.columns;
-    observables.push_back({o.name, static_cast<int>(padded(o).size()), columns_of, {}, {}, false});
+    observables.push_back({o.name, static_cast<int>(padded(o).size()), columns_of, o.powers, {}, {}, false});
   }
   frame_size = 16;
   for (const FieldColumn& field : fields) frame_size += field.size();

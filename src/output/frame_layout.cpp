@@ -92,11 +92,13 @@ PetscErrorCode Trajectory::Impl::lay_out() {
     PetscCall(link_clock(group));
     PetscCall(o.column.create(io, file, group + "/value", false, o.width == 1 && o.columns == 0 && o.name != BOX_EDGES ? 0 : o.width, column_chunk,
                               o.columns));
-    PetscCall(put_unit(group + "/value", o.name, {}));
+    PetscCall(put_unit(group + "/value", o.name, o.powers));
   }
   if (columns > 0 && !fields.empty() && options.boundary.empty()) {
-    PetscCall(link_clock("/particles/trajectory/box/edges"));
-    PetscCall(edges.create(io, file, "/particles/trajectory/box/edges/value", false, columns, column_chunk));
+    const std::string group = BOX_EDGES;
+    PetscCall(link_clock(group));
+    PetscCall(edges.create(io, file, group + "/value", false, columns, column_chunk));
+    PetscCall(put_unit(group + "/value", group, {}));
   }
   PetscFunctionReturn(0);
 }

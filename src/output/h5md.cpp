@@ -82,6 +82,7 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
       {"time", {0, 0, 1}},
       {"mass", {1, 0, 0}},
       {"kinetic_energy", {1, 2, -2}},
+      {"elastic_energy", {1, 2, -2}},
       {"potential_energy", {1, 2, -2}},
       {"total_energy", {1, 2, -2}},
       {"momentum", {1, 1, -1}},
@@ -91,7 +92,9 @@ std::string unit_of_quantity(const std::string& name, OutputUnits units) {
       {"dissipated_energy", {1, 2, -2}},
       {"broken_energy", {1, 2, -2}},
       {"released_energy", {1, 2, -2}},
+      {"unbalanced_force", {1, 1, -2}},
       {"stress_volume", {1, 2, -2}},
+      {BOX_EDGES, {0, 1, 0}},
   };
   const std::string first = name.substr(0, name.find('/'));
   const std::string kind = first == "reaction" || first == "force"                            ? "force"

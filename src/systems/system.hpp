@@ -26,6 +26,7 @@ struct Observable {
   std::string name;           ///< e.g. "kinetic_energy"
   std::vector<double> value;  ///< the same on every rank; length 1 is written as a scalar
   int columns = 0;            ///< of a matrix written row by row as such; 0: it is none
+  Powers powers = {};         ///< of its unit, where the name does not say it
 };
 
 /// Name of the observable that holds the edges of a periodic box: its group in the trajectory.

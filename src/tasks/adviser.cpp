@@ -77,15 +77,20 @@ void Advice::put(Report* report) const {
 
 void Advice::put(PetscMPIInt rank, std::vector<Dataset>* constants) const {
   if (explicit_step <= 0) return;
-  const std::pair<const char*, double> figures[] = {{"omega_max", spectrum.omega_max},
-                                                    {"h_omega_max", step * spectrum.omega_max},
-                                                    {"damping_rate_max", spectrum.damping},
-                                                    {"motion_rate", spectrum.motion},
-                                                    {"largest_explicit_step", explicit_step}};
-  for (const auto& [name, value] : figures) {
+  struct Figure {
+    const char* name;
+    double value;
+    int time;  ///< power of time of its unit
+  };
+  const Figure figures[] = {{"omega_max", spectrum.omega_max, -1},
+                            {"h_omega_max", step * spectrum.omega_max, 0},
+                            {"damping_rate_max", spectrum.damping, -1},
+                            {"motion_rate", spectrum.motion, -1},
+                            {"largest_explicit_step", explicit_step, 1}};
+  for (const auto& [name, value, time] : figures) {
     std::vector<double> mine;
     if (rank == 0) mine.push_back(value);
-    constants->push_back({std::string("/backspring/advice/") + name, rank == 0 ? 0 : 1, 1, 0, std::move(mine)});
+    constants->push_back({std::string("/backspring/advice/") + name, rank == 0 ? 0 : 1, 1, 0, std::move(mine), {}, {0, 0, time}});
   }
 }
 

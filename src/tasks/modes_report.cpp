@@ -100,7 +100,8 @@ PetscErrorCode ModesRun::fluctuations(std::vector<Dataset>* constants) {
     const ReadArray a(q);
     for (PetscInt i = 0; i < n; ++i) sum[static_cast<std::size_t>(i / d)] += a[i] * a[i] / mode.omega_squared;
   }
-  constants->push_back({"/modes/fluctuation", first, total, 0, std::move(sum), {{"meaning", "mean square displacement at kT = 1 J by these modes"}}});
+  constants->push_back(
+      {"/modes/fluctuation", first, total, 0, std::move(sum), {{"meaning", "mean square displacement at kT = 1 J by these modes"}}, {-1, 0, 2}});
   PetscFunctionReturn(0);
 }
 
@@ -154,9 +155,9 @@ PetscErrorCode ModesRun::write() {
     residual.clear();
     participation_.clear();
   }
-  tables.push_back({"/modes/omega_squared", 0, count, 0, squared, omega_attributes()});
-  tables.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}});
-  tables.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}});
+  tables.push_back({"/modes/omega_squared", 0, count, 0, squared, omega_attributes(), {0, 0, -2}});
+  tables.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}, {0, 0, -2}});
+  tables.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}, {1, 0, 0}});
   set_phase(model_.comm(), Exit::io);
   for (const Dataset& table : tables) PetscCall(file_->write_table(table));
   PetscCall(file_->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));

@@ -40,7 +40,8 @@ PetscErrorCode Moduli::begin(Equilibrium& model, std::int64_t unknowns) {
     PetscCall(fail(model.comm(), Exit::input, "-bs_task moduli: " + strained.held + " do not follow the strain of the box: leave them out"));
   most_ = unknowns;
   count_ = strained.count;
-  names_ = component_names(model.dim());
+  dim_ = model.dim();
+  names_ = component_names(dim_);
   value_.assign(static_cast<std::size_t>(count_ * count_), std::numeric_limits<double>::quiet_NaN());
   PetscFunctionReturn(0);
 }
@@ -55,7 +56,8 @@ void Moduli::add_tables(PetscMPIInt rank, std::vector<Dataset>* out) const {
                   count_,
                   rank == 0 ? value_ : std::vector<double>{},
                   {{"components", components},
-                   {"meaning", "second derivatives of the energy by strain per volume, engineering shears, stresses at hand included"}}});
+                   {"meaning", "second derivatives of the energy by strain per volume, engineering shears, stresses at hand included"}},
+                  {1, 2 - dim_, -2}});
   out->push_back({"/moduli/zero_modes",
                   0,
                   1,

@@ -33,7 +33,7 @@ class Moduli {
   void put(PetscMPIInt rank, const StrainResponse& strained, FinalResults* out) const;
   PetscErrorCode count_floppy(Equilibrium& model);
   std::vector<std::string> names_;  ///< of the components
-  int count_ = 0;
+  int count_ = 0, dim_ = 0;
   std::int64_t most_ = 0;      ///< unknowns up to which zero modes are counted
   PetscInt floppy_ = -1;       ///< zero modes beyond the translations; -1: not counted
   std::vector<double> value_;  ///< (q, q), row by row

@@ -6,6 +6,7 @@
 Exits with 1 and a reason at the first thing that is wrong. --live: the file is being written or its run was killed,
 so datasets may have rows that `time` does not count yet.
 """
+import re
 import sys
 
 try:
@@ -13,6 +14,10 @@ try:
     import numpy as np
 except ImportError as missing:
     sys.exit(f"{missing}: apt-get install python3-h5py, or try /usr/bin/python3 {sys.argv[0]}")
+
+
+# Real numbers without a dimension; and shapes of modes, in kg^-1/2, which H5MD's notation does not have.
+PURE = re.compile(r".*/(\w*strain|load|load_factor|stability|negative_pivots|broken\w*|\w+_change|change|rest_angle|\w+_rest_angle|h_omega_max)(/value)?|modes/shape")
 
 
 class Wrong(Exception):
@@ -144,6 +149,7 @@ def check_bonds(f, count):
 def check_observables(f):
     items = dict(f.get("observables", {}).items())
     kinds = ("reaction", "work", "stress_volume", "force", "moment")  # by group of particles, and their sum; of given forces that of all
+    items.update({f"springs/{name}": group for name, group in items.pop("springs", {}).items()})
     for kind in kinds:
         if kind not in items:
             continue
@@ -194,6 +200,8 @@ def check_units(f):
         need(list(attribute(f["h5md/modules/units"], "version")) == [1, 0], "/h5md/modules/units version is not [1, 0]")
         for g in moving_groups(f):
             need("unit" in g["time"].attrs, f"{g.name}/time has no unit")
+        if "particles" in f:
+            f.visititems(lambda path, it: need(not isinstance(it, h5py.Dataset) or it.dtype.kind != "f" or "unit" in it.attrs or PURE.fullmatch(path), f"{path} has no unit"))
 
 
 def main(arguments):

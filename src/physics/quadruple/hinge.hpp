@@ -28,7 +28,7 @@ struct Hinge {
             "quads",
             ends,
             0,
-            {{"stiffness", "hinge stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
+            {{"stiffness", "hinge stiffness", "N m/rad^2", {1, 2, -2}}, {"rest_angle", "rest angle", "rad"}},
             bad_parameter,
             3,
             place_fault,

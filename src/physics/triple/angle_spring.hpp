@@ -29,7 +29,7 @@ struct AngleSpring {
             "triples",
             ends,
             1,
-            {{"stiffness", "angle stiffness", "N m/rad^2"}, {"rest_angle", "rest angle", "rad"}},
+            {{"stiffness", "angle stiffness", "N m/rad^2", {1, 2, -2}}, {"rest_angle", "rest angle", "rad"}},
             bad_parameter,
             2,
             place_fault,

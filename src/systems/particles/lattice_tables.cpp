@@ -70,29 +70,51 @@ void take_spring_columns(const Hdf5Layout& names, Lattice* l, Datasets* out) {
   }
 }
 
-void take_springs(const Hdf5Layout& names, Lattice* l, Datasets* out) {
+/// Of stiffnesses: force per length, of springs of the strain law with a rest length force. None where there are both.
+PetscErrorCode powers_of_stiffness(MPI_Comm comm, const Lattice& l, const std::vector<double>& rest_length, bool by_row, Powers* powers) {
+  constexpr int strain = static_cast<int>(SpringLaw::strain);
+  bool here[2] = {false, false}, anywhere[2];
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < rest_length.size(); ++k) {
+    const int law = by_row ? l.spring_laws[k] : static_cast<int>(l.spring_law);
+    here[law == strain && rest_length[k] != 0] = true;
+  }
+  for (int force = 0; force < 2; ++force) PetscCall(on_some_rank(comm, here[force], &anywhere[force]));
+  *powers = anywhere[0] && anywhere[1] ? Powers{} : anywhere[1] ? Powers{1, 1, -2} : Powers{1, 0, -2};
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode take_springs(MPI_Comm comm, const Hdf5Layout& names, Lattice* l, Datasets* out) {
   const Rows& s = l->springs;
-  if (s.total == 0) return;
+  Powers of_stiffness;
+  PetscFunctionBegin;
+  if (s.total == 0) PetscFunctionReturn(0);
+  PetscCall(powers_of_stiffness(comm, *l, l->rest_length, l->law_by_row, &of_stiffness));
   if (l->box.active()) out->push_back({names.column("shift"), s.first, s.total, l->dim, std::move(l->shift)});
   out->push_back({names.pairs(), s.first, s.total, 2, std::move(l->pairs)});
-  out->push_back({names.column("stiffness"), s.first, s.total, 0, std::move(l->stiffness)});
+  out->push_back({names.column("stiffness"), s.first, s.total, 0, std::move(l->stiffness), {}, of_stiffness});
   out->push_back({names.column("rest_length"), s.first, s.total, 0, std::move(l->rest_length)});
   out->push_back({names.column("damping"), s.first, s.total, 0, std::move(l->damping)});
   take_spring_columns(names, l, out);
-  if (!l->law_by_row) return;
+  if (!l->law_by_row) PetscFunctionReturn(0);
   out->push_back({names.column("law"), s.first, s.total, 0, whole(l->spring_laws)});
   if (names.trajectory) out->back().attributes = {{"spring_laws", law_list()}};  // of a lattice file they are the root's
+  PetscFunctionReturn(0);
 }
 
 /// The springs to given points, which lie where they were at the start.
-void take_anchors(const Hdf5Layout& names, Lattice* l, Datasets* out) {
+PetscErrorCode take_anchors(MPI_Comm comm, const Hdf5Layout& names, Lattice* l, Datasets* out) {
   const Rows& a = l->anchors;
-  if (a.total == 0) return;
+  Powers of_stiffness;
+  PetscFunctionBegin;
+  if (a.total == 0) PetscFunctionReturn(0);
+  PetscCall(powers_of_stiffness(comm, *l, l->anchor_rest_length, false, &of_stiffness));
   out->push_back({names.anchor("particle"), a.first, a.total, 0, l->anchor_particle});
   out->push_back({names.anchor("point"), a.first, a.total, l->dim, l->anchor_point, {}, {0, 1, 0}});
-  out->push_back({names.anchor("stiffness"), a.first, a.total, 0, l->anchor_stiffness});
+  out->push_back({names.anchor("stiffness"), a.first, a.total, 0, l->anchor_stiffness, {}, of_stiffness});
   out->push_back({names.anchor("rest_length"), a.first, a.total, 0, l->anchor_rest_length, {}, {0, 1, 0}});
   out->push_back({names.anchor("damping"), a.first, a.total, 0, l->anchor_damping, {}, {1, 0, -1}});
+  PetscFunctionReturn(0);
 }
 
 /// As a trajectory's /connectivity/angles or a lattice file's /angles/triples and the like.
@@ -106,7 +128,13 @@ void take_interactions(bool trajectory, Lattice* lattice, Datasets* out) {
     for (std::size_t p = 0; p < width; ++p) {
       std::vector<double> column(static_cast<std::size_t>(rows.count));
       for (std::size_t k = 0; k < column.size(); ++k) column[k] = from.parameter[k * width + p];
-      out->push_back({parameter_path(schema, schema.parameters[p].name, trajectory), rows.first, rows.total, 0, std::move(column)});
+      out->push_back({parameter_path(schema, schema.parameters[p].name, trajectory),
+                      rows.first,
+                      rows.total,
+                      0,
+                      std::move(column),
+                      {},
+                      schema.parameters[p].powers});
     }
     for (Column& column : from.break_columns) {
       for (const BreakLimit& one : turn_limits)
@@ -152,9 +180,9 @@ PetscErrorCode take_box(MPI_Comm comm, const Lattice& l, Datasets* out) {
 PetscErrorCode take_tables(MPI_Comm comm, const Hdf5Layout& names, Lattice* l, std::vector<Dataset>* out) {
   PetscFunctionBegin;
   PetscCall(take_particles(comm, names, l, out));
-  take_springs(names, l, out);
+  PetscCall(take_springs(comm, names, l, out));
   PetscCall(take_groups(comm, *l, out));
-  take_anchors(names, l, out);
+  PetscCall(take_anchors(comm, names, l, out));
   take_interactions(names.trajectory, l, out);
   if (!names.trajectory) PetscCall(take_box(comm, *l, out));
   PetscFunctionReturn(0);

@@ -28,7 +28,7 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
       for (int q = 0; q < d; ++q) sigma[r * d + q] -= net_.inertia[i] * c[r] * c[q];
   }
   PetscCall(sum_over_ranks(net_.comm, sigma, 9));
-  out->push_back({"stress", stress_components(d, sigma, box.volume(t))});
+  out->push_back({"stress", stress_components(d, sigma, box.volume(t)), 0, {1, 2 - d, -2}});
   const int columns = box.triclinic() ? d : 0;
   std::vector<double> shown;
   for (int k = 0; k < d; ++k)
