@@ -113,6 +113,12 @@ std::vector<std::string> tensor_names(std::size_t columns) {
   return names;
 }
 
+/// By the numbers of a row: readers take two or three for a vector.
+const char* type_of(const Item& item) {
+  const hsize_t columns = item.shape.size() < 2 ? 1 : item.shape.back();
+  return columns == 1 ? "Scalar" : columns <= 3 ? "Vector" : "Matrix";
+}
+
 std::string attribute(const std::string& name, const char* type, const char* center, const std::string& data) {
   return format("<Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"%s\">", name.c_str(), type, center) + data + "</Attribute>\n";
 }
@@ -165,9 +171,9 @@ struct Contents {
       out += attribute(format("mode_%03zu", j), "Vector", "Node", slab(modes, j));
     const std::vector<std::string> parts = stress.path.empty() ? std::vector<std::string>{} : tensor_names(stress.shape[2]);
     for (std::size_t c = 0; c < parts.size(); ++c) out += attribute("stress_volume_" + parts[c], "Scalar", "Node", column_slab(stress, k, c));
-    for (const auto& [name, item] : of_particles) out += attribute(name, "Scalar", "Node", whole(item));
+    for (const auto& [name, item] : of_particles) out += attribute(name, type_of(item), "Node", whole(item));
     for (const auto& [name, item] : in_frames) out += attribute(name, "Scalar", "Cell", slab(item, k));
-    for (const auto& [name, item] : of_springs) out += attribute(name, "Scalar", "Cell", whole(item));
+    for (const auto& [name, item] : of_springs) out += attribute(name, type_of(item), "Cell", whole(item));
     return out + "</Grid>\n";
   }
 };
