@@ -101,4 +101,19 @@ std::string how_many(std::int64_t count, const std::string& text) {
   return out + rest;
 }
 
+std::size_t utf8_length(const std::string& text, std::size_t at) {
+  constexpr std::uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};  // below: the character has a shorter form
+  const auto lead = static_cast<unsigned char>(text[at]);
+  const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
+  if (length == 0 || at + length > text.size()) return 0;
+  std::uint32_t code = length == 1 ? lead : lead & (0x7fu >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    const auto next = static_cast<unsigned char>(text[at + i]);
+    if (next >> 6 != 2) return 0;
+    code = code << 6 | (next & 0x3fu);
+  }
+  const bool half = code >= 0xd800 && code < 0xe000;  // of a pair of UTF-16
+  return code < least[length] || half || code > 0x10ffff ? 0 : length;
+}
+
 }  // namespace bs

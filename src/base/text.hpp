@@ -66,6 +66,9 @@ inline std::string short_number(double value) {
   return buffer;
 }
 
+/// Length of the UTF-8 sequence of a character that starts at `at`; 0 if there is none.
+std::size_t utf8_length(const std::string& text, std::size_t at);
+
 /// `text` fit for one line of a terminal: other than printable ASCII becomes '?', what is past 40 characters "...".
 inline std::string printable(const std::string& text) {
   std::string line = text.substr(0, 40);

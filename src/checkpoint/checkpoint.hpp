@@ -67,6 +67,7 @@ class CheckpointFile : public Checkpoint {
 
  private:
   PetscErrorCode read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const override;
+  PetscErrorCode require_memory(const std::vector<StatePart>& parts) const;
   PetscErrorCode damaged(const std::string& what) const;
   MPI_Comm comm_ = MPI_COMM_NULL;
   Hdf5File file_;
@@ -87,8 +88,16 @@ PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* inputs);
 /// was written; only a warning if its name was given again.
 PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, const Facts& now);
 
-/// Collective. Warns of every option in force that is not what it was when `file` was written.
-PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file);
+/// An option in force, without its dash, that is not what it was when a checkpoint was written, and what it was, in words.
+inline constexpr const char* NOT_GIVEN = "not given";
+struct ChangedOption {
+  std::string name, value, was;
+};
+PetscErrorCode changed_options(const CheckpointFile& file, std::vector<ChangedOption>* found);
+
+/// Collective. Warns of those that matter to what is computed. `form`, as they are given: those that choose the form of a trajectory, which
+/// one that goes on may not take (Trajectory::require_form).
+PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file, std::vector<std::string>* form);
 
 /// Of a run on as many ranks, without what its system carries besides the state: whoever restores that system puts that back
 /// (systems/saved_state.hpp).

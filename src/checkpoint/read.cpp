@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <vector>
 #include "base/collective.hpp"
 #include "base/error.hpp"
@@ -129,10 +130,36 @@ PetscErrorCode Checkpoint::read(Model& model, const std::string& group, Vec y) c
   PetscFunctionReturn(0);
 }
 
+/// Of what could not break, or had no history, in the run before, a checkpoint does not know: exit code 2.
+PetscErrorCode CheckpointFile::require_memory(const std::vector<StatePart>& parts) const {
+  std::vector<ChangedOption> changed;
+  std::vector<std::string> options;
+  std::string joined;
+  PetscFunctionBegin;
+  const std::vector<std::string> kept = file_.has("/memory") ? file_.members("/memory") : std::vector<std::string>{};
+  const auto lost =
+      std::find_if(parts.begin(), parts.end(), [&](const StatePart& part) { return std::find(kept.begin(), kept.end(), part.name) == kept.end(); });
+  if (lost == parts.end()) PetscFunctionReturn(0);
+  PetscCall(changed_options(*this, &changed));
+  for (const ChangedOption& option : changed)
+    if (option.name.rfind("bs_break", 0) == 0 && option.was == NOT_GIVEN) options.push_back("-" + option.name);
+  for (const std::string& one : options) joined += (joined.empty() ? "" : ", ") + one;
+  const std::string it = options.size() > 1 ? "them" : "it";
+  if (!options.empty() && lost->name.rfind("break", 0) == 0)
+    PetscCall(fail(comm_, Exit::input,
+                   "option " + joined + ": " + name_ + " is the checkpoint of a run without " + it + ", in which that could not break: leave " + it +
+                       " out, or start a new run"));
+  PetscCall(fail(comm_, Exit::input,
+                 name_ + ": is the checkpoint of a run that did not remember " + lost->name +
+                     ", as this one does: continue with the input it was written for, or start a new run"));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode CheckpointFile::read_memory(Model& model) const {
   std::vector<StatePart> parts;
   PetscFunctionBegin;
   PetscCall(model.gather_memory(&parts));  // for their vectors
+  PetscCall(require_memory(parts));
   if (parts.empty()) PetscFunctionReturn(0);
   PetscCall(read_parts(model.comm(), "/memory", parts));
   PetscCall(model.scatter_memory());

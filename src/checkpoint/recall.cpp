@@ -120,18 +120,41 @@ PetscErrorCode recall_options(MPI_Comm comm) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file) {
+namespace {
+
+/// Whether the option says what stands in every frame: the others of the trajectory's say when it is written, and what lies beside it.
+bool forms_trajectory(const std::string& name) {
+  static const std::set<std::string> others = {"bs_output_interval", "bs_output_flush", "bs_output_xdmf"};
+  return name == "viewer_hdf5_sp_output" || (name.rfind("bs_output_", 0) == 0 && others.count(name) == 0);
+}
+
+}  // namespace
+
+PetscErrorCode changed_options(const CheckpointFile& file, std::vector<ChangedOption>* found) {
   std::vector<std::pair<std::string, std::string>> now;
   PetscFunctionBegin;
   PetscCall(options_in_force(&now));
   const std::map<std::string, std::string> before(file.options().begin(), file.options().end());
   const std::map<std::string, std::string> present(now.begin(), now.end());
+  found->clear();
   for (const auto& [name, value] : present) {
     const auto was = before.find(name);
-    if (harmless(name) || (was != before.end() && was->second == value)) continue;
-    const std::string old = was == before.end() ? "not given" : was->second;
-    PetscCall(warn(comm, "the run continues with -" + name + " " + value + "; it was " + (old.empty() ? "given without a value" : old) + " when " +
-                             file.name() + " was written"));
+    if (was != before.end() && was->second == value) continue;
+    const std::string old = was == before.end() ? NOT_GIVEN : was->second;
+    found->push_back({name, value, old.empty() ? "given without a value" : old});
+  }
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file, std::vector<std::string>* form) {
+  std::vector<ChangedOption> changed;
+  PetscFunctionBegin;
+  PetscCall(changed_options(file, &changed));
+  form->clear();
+  for (const auto& [name, value, was] : changed) {
+    const std::string given = "-" + name + (value.empty() ? "" : " " + value);
+    if (forms_trajectory(lower(name))) form->push_back(given);
+    else if (!harmless(name)) PetscCall(warn(comm, "the run continues with " + given + "; it was " + was + " when " + file.name() + " was written"));
   }
   PetscFunctionReturn(0);
 }

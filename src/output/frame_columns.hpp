@@ -22,6 +22,8 @@ class FieldColumn {
   const std::string& group() const { return group_; }
   const Powers& powers() const { return powers_; }
   hid_t id() const { return set_; }
+  /// Numbers of a row.
+  PetscInt width() const { return width_; }
   /// Bytes of a frame.
   std::int64_t size() const { return std::int64_t{8} * total_ * width_; }
   /// Bytes of `frames` frames in the file at most, with what chunks hold besides.

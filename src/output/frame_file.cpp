@@ -1,6 +1,7 @@
 // How frames reach the file. Order (README.md): room for all of them; observables, log, edges and fields, and a flush; step and
 // time last, and a flush. So whoever trusts len(time) finds every row of every dataset.
 #include "output/frame_file.hpp"
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <iterator>
@@ -33,7 +34,13 @@ PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& giv
   io = shared ? comm : PETSC_COMM_SELF;
   PetscCall(PetscOptionsGetBool(nullptr, nullptr, "-viewer_hdf5_sp_output", &sp, nullptr));
   single = sp;
-  if (rank == 0 && given.xdmf && dim > 0) xdmf = Xdmf(given.file);
+  draws = given.xdmf && columns > 1;
+  if (draws && !fits_xml(given.file.substr(given.file.rfind('/') + 1))) {
+    PetscCall(warn(comm, "the trajectory's name " + printable(given.file) +
+                             " is not UTF-8: its sidecar for ParaView is not written: give -bs_output another name, or -bs_output_xdmf false"));
+    options.xdmf = draws = false;
+  }
+  if (rank == 0 && options.xdmf && dim > 0) xdmf = Xdmf(given.file);
   PetscFunctionReturn(0);
 }
 
@@ -58,6 +65,12 @@ PetscErrorCode Trajectory::Impl::create(std::string* reason) {
   PetscCall(confirm_identity(comm, made, identity, reason));
   named = false;
   PetscFunctionReturn(0);
+}
+
+std::vector<Field> Trajectory::Impl::written(const std::vector<Field>& given) const {
+  std::vector<Field> out;
+  std::copy_if(given.begin(), given.end(), std::back_inserter(out), [this](const Field& field) { return draws || !field.drawing; });
+  return out;
 }
 
 /// Edges of a box get zeros where positions do.
@@ -218,6 +231,7 @@ PetscErrorCode Trajectory::Impl::write_out(std::string* full) {
   if (frames > 0) PetscCall(publish());
   if (done > 0) PetscCall(drop_kept());
   if (done > 0) PetscCall(write_xdmf(false));
+  if (done > 0 && rank == 0 && !options.xdmf && columns > 0) remove_sidecar(options.file);
   PetscFunctionReturn(0);
 }
 

@@ -26,6 +26,15 @@ struct Growing {
 /// the file itself (a link, external storage): writing it would change another file; else empty.
 std::vector<Growing> growing_of(hid_t file, const TrajectoryMark& mark, std::string* fault);
 
+/// What an open file and what a run writes to every frame do not have in common.
+struct FormDifferences {
+  std::string width;                          ///< numbers of a frame here and there; empty: they are as many
+  std::vector<std::string> missing, surplus;  ///< groups that the file alone has not, or has alone
+  /// Why the run cannot go on with the file, and what it leaves out of it; empty if nothing.
+  std::string fault(const std::string& changed) const;
+  std::string warning(const std::string& changed) const;
+};
+
 /// Rows of a dataset.
 PetscErrorCode count_rows(hid_t file, const std::string& path, std::int64_t* rows);
 
@@ -51,6 +60,7 @@ struct Trajectory::Impl {
   bool writer = false;          ///< this rank has it open
   MPI_Comm io = MPI_COMM_NULL;  ///< the ranks that have it open; of a rank that has not: itself
   bool single = false;          ///< -viewer_hdf5_sp_output: fields in single precision
+  bool draws = false;           ///< fields for viewers alone are written, too
   H5 file, transfer;
   std::int64_t frames = 0;  ///< written
   bool usable = true;       ///< false after a failed write: only to be closed
@@ -92,6 +102,12 @@ struct Trajectory::Impl {
   /// Before the first write to a continued trajectory: copies frames and rows of the log after the mark to a file beside it,
   /// then takes them away.
   PetscErrorCode cut_tail();
+  /// On the ranks that have the file open: what it has otherwise than frames that were described.
+  PetscErrorCode compare_form(FormDifferences* found);
+  /// Of a frame's fields those that are written.
+  std::vector<Field> written(const std::vector<Field>& given) const;
+  /// Lays down which fields and observables a frame has, by the first one.
+  PetscErrorCode describe(const std::vector<Field>& given, const std::vector<Observable>& observed);
   /// Keeps a frame until it is written; one that is large is not copied.
   PetscErrorCode hold_frame(std::int64_t at, double now, const std::vector<Field>& given, const std::vector<Observable>& observed);
   /// Writes the frames and rows of the log that wait, if there are any, by one extension of the datasets. `full`: why there is no room for the frame
@@ -130,10 +146,10 @@ struct Trajectory::Impl {
 
  private:
   std::vector<double> padded(const Observable& o) const;
-  PetscErrorCode describe(const std::vector<Field>& given, const std::vector<Observable>& observed);
   PetscErrorCode check(const std::vector<Field>& given, const std::vector<Observable>& observed) const;
   PetscErrorCode link_clock(const std::string& group);
   PetscErrorCode match(const TrajectoryMark& at, std::string* fault);
+  PetscErrorCode compare_frames(const std::string& group, std::int64_t numbers, PetscInt components, FormDifferences* found);
   PetscErrorCode reserve(std::int64_t count, std::int64_t rows, std::string* full);
   /// Writes `count` of the waiting frames from number `first` on, and the rows of the log.
   PetscErrorCode put(std::int64_t first, std::int64_t count, std::int64_t rows);

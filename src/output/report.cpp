@@ -7,16 +7,6 @@
 
 namespace bs {
 
-/// Length of the UTF-8 sequence that starts at `at`; 0 if there is none.
-static std::size_t utf8_length(const std::string& text, std::size_t at) {
-  const auto lead = static_cast<unsigned char>(text[at]);
-  const std::size_t length = lead < 0x80 ? 1 : lead >> 5 == 6 ? 2 : lead >> 4 == 14 ? 3 : lead >> 3 == 30 ? 4 : 0;
-  if (at + length > text.size()) return 0;
-  for (std::size_t i = 1; i < length; ++i)
-    if (static_cast<unsigned char>(text[at + i]) >> 6 != 2) return 0;
-  return length;
-}
-
 std::string json_string(const std::string& text) {
   std::string out = "\"";
   for (std::size_t i = 0; i < text.size();) {

@@ -169,6 +169,7 @@ PetscErrorCode Trajectory::resume(MPI_Comm comm, const TrajectoryOptions& option
   if (!code && !fault.empty())
     code = fail(comm, Exit::input, options.file + ": is not the trajectory this run wrote: it " + fault + ": give the one it wrote, or a new name");
   if (!code && impl.writer) code = impl.open_log();
+  if (!code) impl.draws = ask_rank_0(comm, [&] { return h5_exists(impl.file, "/backspring/drawn/value"); });
   if (code) impl.usable = false;
   PetscCall(watch.report(comm, code));
   *out = std::move(made);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <iterator>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "output/frame_file.hpp"
@@ -159,10 +158,7 @@ PetscErrorCode Trajectory::write_frame(std::int64_t step, double time, const std
   PetscCheck(impl_->usable, PETSC_COMM_SELF, PETSC_ERR_ORDER, "the file is closed");
   const IoWatch watch(impl_->comm, format("cannot keep frame %lld for %s", (long long)frames(), impl_->options.file.c_str()),
                       ": earlier frames are intact");
-  std::vector<Field> kept;
-  const bool sidecar = impl_->options.xdmf && impl_->columns > 1;
-  std::copy_if(fields.begin(), fields.end(), std::back_inserter(kept), [&](const Field& field) { return sidecar || !field.drawing; });
-  code = impl_->hold_frame(step, time, kept, observables);
+  code = impl_->hold_frame(step, time, impl_->written(fields), observables);
   if (code) impl_->usable = false;
   PetscCall(watch.report(impl_->comm, code));
   if (impl_->options.flush == 0) PetscCall(flush());

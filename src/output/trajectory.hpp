@@ -45,6 +45,10 @@ class Trajectory {
   /// exit code 2 if the file is not the one marked.
   static PetscErrorCode resume(MPI_Comm comm, const TrajectoryOptions& options, int dim, std::int64_t numbers, const TrajectoryMark& mark,
                                std::unique_ptr<Trajectory>* out);
+  /// Collective, before the first frame of a trajectory that was resumed. Frames of these fields and observables will follow; `changed`: options of
+  /// its form that are not what they were, as they are given. Ends the run with exit code 2 where the file has other columns, or something in every
+  /// frame that these have not; what it lacks is left out, with a warning.
+  PetscErrorCode require_form(const std::vector<Field>& fields, const std::vector<Observable>& observables, const std::vector<std::string>& changed);
   /// Collective, before the first frame. A dataset (count, rows, columns), in the input's order: `page(k, &vec)` gives page k, which is
   /// borrowed until the next call; block size = columns. Page 0 is asked for also where there are none, for its size. All ranks must have the file
   /// open: `numbers` is large, or there is one rank.

@@ -1,4 +1,6 @@
 #include "output/xdmf.hpp"
+#include <sys/stat.h>
+#include <unistd.h>
 #include <algorithm>
 #include <cstring>
 #include <fstream>
@@ -186,12 +188,31 @@ std::string name_in_text(const std::string& trajectory) { return escaped(traject
 
 }  // namespace
 
-bool is_sidecar(const std::string& file) {
+/// Whether `file` is a sidecar, of a trajectory whose name ends in `trajectory` as XML has it.
+static bool describes(const std::string& file, const std::string& trajectory) {
   std::string text(8192, '\0');
   std::ifstream in(file, std::ios::binary);
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(in.gcount()));
-  return text.rfind(head, 0) == 0 && text.find(":/particles/trajectory/position/value") != std::string::npos;
+  return text.rfind(head, 0) == 0 && text.find(trajectory + ":/particles/trajectory/position/value") != std::string::npos;
+}
+
+bool is_sidecar(const std::string& file) { return describes(file, ""); }
+
+void remove_sidecar(const std::string& trajectory) {
+  const std::string name = trajectory + ".xdmf";
+  struct stat status;
+  if (lstat(name.c_str(), &status) == 0 && S_ISREG(status.st_mode) && describes(name, ">" + name_in_text(trajectory))) (void)unlink(name.c_str());
+}
+
+bool fits_xml(const std::string& name) {
+  for (std::size_t at = 0; at < name.size();) {
+    const std::size_t length = utf8_length(name, at);
+    const auto lead = static_cast<unsigned char>(name[at]);
+    if (length == 0 || lead < ' ' || lead == 0x7f) return false;
+    at += length;
+  }
+  return true;
 }
 
 /// The text of the sidecar; empty for a file without particles in two or three columns.
@@ -222,8 +243,8 @@ PetscErrorCode Xdmf::update(hid_t file, bool last, std::string* reason) {
   const std::int64_t due = described_ + (described_ > every_frame ? described_ / every_frame : 1);
   if (frames == described_ || (!last && frames < due)) PetscFunctionReturn(0);
   PetscCall(xdmf_text(file, trajectory_, &text));
-  if (!text.empty())
-    if (const int why = write_whole(name(), text, true)) *reason = std::strerror(why);
+  if (text.empty()) remove_sidecar(trajectory_);
+  else if (const int why = write_whole(name(), text, true)) *reason = std::strerror(why);
   described_ = frames;
   PetscFunctionReturn(0);
 }

@@ -30,4 +30,10 @@ class Xdmf {
 /// Local. Whether `file` is a sidecar that this program wrote.
 bool is_sidecar(const std::string& file);
 
+/// Local. Removes the sidecar of `trajectory` that an earlier run left: its frames are not those of the trajectory any more. Nothing else is removed.
+void remove_sidecar(const std::string& trajectory);
+
+/// Local. Whether a sidecar, which is XML, can say the file's name: well-formed UTF-8 without control characters.
+bool fits_xml(const std::string& name);
+
 }  // namespace bs

@@ -82,6 +82,15 @@ PetscErrorCode Run::observe(double time, Vec y) {
   PetscFunctionReturn(0);
 }
 
+/// The trajectory that goes on can take the frames of this run, or the run ends here, before the first step.
+PetscErrorCode Run::require_form(Vec y) {
+  std::vector<Field> fields;
+  PetscFunctionBegin;
+  PetscCall(model_.fields(stepper_->good_time(), y, &fields));
+  PetscCall(trajectory_->require_form(fields, last_, changed_form_));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
   const std::vector<Observable> before = last_;
   std::vector<Field> fields;
@@ -180,6 +189,7 @@ PetscErrorCode Run::begin() {
   set_phase(model_.comm(), Exit::solve);
   if (resumed_) {
     PetscCall(observe(stepper_->good_time(), y));
+    PetscCall(require_form(y));
     PetscCall(watch_.check(first_step, stepper_->good_time(), y, true));
   } else {
     PetscCall(on_frame(first_step, stepper_->good_time(), y));

@@ -97,6 +97,7 @@ class Run {
   PetscErrorCode warn_of_early_end();
   PetscErrorCode end_at_rest(double time, Vec y);
   PetscErrorCode observe(double time, Vec y);
+  PetscErrorCode require_form(Vec y);
   PetscErrorCode on_frame(PetscInt step, double time, Vec y);
   PetscErrorCode give_up_frame(double time, const std::string& what, const std::vector<Observable>& before);
   double shown_time(double time) const;
@@ -158,6 +159,7 @@ class Run {
   double start_ = 0, end_ = 0;
   std::int64_t earlier_steps_ = 0;          ///< of runs before this one, by one session
   std::int64_t pause_at_ = -1;              ///< step after which TSSolve returns; -1: none
+  std::vector<std::string> changed_form_;   ///< options of the trajectory's form that are not as the checkpoint has them
   std::string interval_note_;               ///< of the header, where the distance of frames was chosen
   double most_force_ = 0, most_speed_ = 0;  ///< 2-norms of f and of sqrt(M) v, since the run began
   FinalResults results_;

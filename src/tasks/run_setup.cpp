@@ -179,7 +179,8 @@ PetscErrorCode Run::continue_from_checkpoint() {
   steps_at_restart_ = stepper_->counts().steps;
   progress_.header({format("continued from %s: step %lld, t = %s s", restart_->name().c_str(), static_cast<long long>(stepper_->counts().steps),
                            time_number(stepper_->good_time()).c_str())});
-  if (const auto* const file = dynamic_cast<const CheckpointFile*>(restart_.get())) PetscCall(warn_changed_options(model_.comm(), *file));
+  if (const auto* const file = dynamic_cast<const CheckpointFile*>(restart_.get()))
+    PetscCall(warn_changed_options(model_.comm(), *file, &changed_form_));
   for (const std::string& line : changed) PetscCall(warn(model_.comm(), restart_->name() + ": " + line));
   std::string before;
   for (const std::string& key : warnings_.keys()) before += (before.empty() ? "warnings of the run so far: " : ", ") + key;

@@ -260,11 +260,67 @@ def diluted(checks, folder):
                     and np.array_equal(topology, np.where(point[:, None], bonds[:, :1], bonds)), f"{point.sum()} points of {len(k)}")
 
 
+def in_units(folder):
+    """Runs with units of all that a file can hold: the check asks every real number for one."""
+    net = ["-bs_lattice_type", "triangular", "-bs_lattice_size", "6,6", "-bs_lattice_perturbation", "0.05", "-bs_output_units", "SI"]
+    motion, load = ["-ts_dt", "0.01", "-ts_max_time", "0.03"], ["-bs_task", "statics", "-bs_load_steps", "2"]
+    box, ends = ["-bs_lattice_periodic", "xy", "-bs_box_strain", "xy=velocity:0.05"], ["-bs_group_low", "ymin", "-bs_group_top", "ymax"]
+    hinged = pathlib.Path(folder) / "hinged.h5"
+    with h5py.File(hinged, "w") as f:
+        f["particles/position"], f["particles/mass"], f["particles/force"] = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0.1], [-1, 0, 0.2]]), np.ones(4), np.zeros((4, 3))
+        f["springs/pairs"], f["springs/stiffness"], f["springs/area"] = np.array([[0, 1], [0, 2], [1, 2], [0, 3], [1, 3]]), np.ones(5), np.ones(5)
+        f["hinges/quads"], f["hinges/stiffness"], f["hinges/rest_angle"] = np.array([[0, 1, 2, 3]]), np.ones(1), np.zeros(1)
+    return (("box", net + motion + box + ["-bs_angle_stiffness", "1", "-bs_output_springs", "-bs_output_stress", "-bs_break_strain", "0.1", "-bs_break_weibull", "4,1", "-bs_break_angle_change", "3"]),
+            ("box under stress", net + load + box + ["-bs_box_stress", "yy=0"]), ("cube", ["-bs_lattice_type", "cubic", "-bs_lattice_size", "3,3,3", "-bs_lattice_periodic", "xyz", "-bs_output_units", "metal"] + motion),
+            ("loads", net + load + ends + ["-bs_motion_low", "fixed", "-bs_force_top", "0,0.01", "-bs_stress_groups", "top", "-bs_compliance_groups", "low,top"]),
+            ("plastic", net + motion + ends + ["-bs_motion_low", "fixed", "-bs_motion_top", "y=velocity:0.1", "-bs_spring_law", "plastic", "-bs_spring_yield_force", "0.01", "-bs_spring_hardening", "0.1"]),
+            ("relaxing", net + motion + ["-bs_spring_law", "maxwell", "-bs_spring_relaxation_time", "1"]), ("by strain", net + motion + ["-bs_spring_law", "strain", "-bs_advise"]),
+            ("shaken", net + ["-bs_task", "modes", "-bs_modes", "4"]), ("stiffness", net + ["-bs_task", "moduli", "-bs_lattice_periodic", "xy"]),
+            ("hinges", ["-bs_lattice_file", str(hinged), "-bs_break_hinge_moment", "1e9", "-bs_output_springs", "-bs_output_units", "nano"] + motion))
+
+
+def types(checks, folder):
+    """What the sidecar calls a scalar has one number in a row, what it calls a vector two or three: of every attribute, also of those that lattices give."""
+    forced = pathlib.Path(folder) / "forced.h5"
+    for name, options in (("forces", SQUARE), ("forces, padded", SQUARE + ["-bs_output_pad", "3"]), ("forces in space", CLOTH), ("forces on a line", CHAIN + ["-bs_output_pad", "3"]), ("springs", CLOTH + ["-bs_output_springs", "-bs_output_stress"]),
+                          ("breaking", TORN)):
+        if name.startswith("forces"):
+            made = subprocess.run([checks.program, *options[:4], "-bs_task", "generate", "-bs_output", str(forced), "-bs_overwrite"], capture_output=True, text=True)
+            checks.true(f"{name}: a lattice with forces", made.returncode == 0, made.stderr.strip()[-160:])
+            with h5py.File(forced, "a") as f:
+                f["particles/force"] = 0.1 * f["particles/position"][...]
+            options = ["-bs_lattice_file", str(forced)] + options[4:]
+        path = run(checks, folder, options)
+        with h5py.File(path) as f:
+            count = {"Node": len(f["particles/trajectory/mass"]), "Cell": len(f["connectivity/bonds"])}
+        seen, wrong = set(), []
+        for one in ET.parse(f"{path}.xdmf").getroot().iter("Attribute"):
+            shape, kind = numbers(one.find("DataItem").get("Dimensions")), one.get("AttributeType")
+            values, per = int(np.prod(shape)), count[one.get("Center")]
+            seen.add(one.get("Name"))
+            if values % per or kind != {1: "Scalar", 2: "Vector", 3: "Vector"}.get(values // per, "Matrix"):
+                wrong.append(f"{one.get('Name')}: {kind} of {shape}")
+        checks.true(f"{name}: types of {len(seen)} attributes", not wrong and {"mass", "velocity"} <= seen and ("applied_force" in seen) == name.startswith("forces"), f"{wrong[:3]} {sorted(seen)}")
+
+
+def names(checks, folder):
+    """A name that XML cannot hold has no sidecar, and a warning says so; other letters are what they are."""
+    for name, fits in (("\u03bb\U0001f9f5.h5md", True), (b"caf\xe9.h5md", False), (b"\xc0\xaf.h5md", False), (b"\xed\xa0\x80.h5md", False), (b"a\x01b.h5md", False), (b"cut\xe2\x82.h5md", False)):
+        file = os.fsencode(name)
+        done = subprocess.run([os.fsencode(str(word)) for word in [checks.program, *SQUARE, "-bs_progress_interval", "-1", "-bs_output"]] + [file], cwd=folder, env=environment(1), capture_output=True, timeout=120)
+        there, said = os.path.exists(os.path.join(os.fsencode(folder), file + b".xdmf")), done.stderr.decode(errors="replace")
+        checks.true(f"{file!r}: {'a sidecar' if fits else 'none, and a warning'}", done.returncode == 0 and os.path.exists(os.path.join(os.fsencode(folder), file)) and there == fits
+                    and ("is not UTF-8: its sidecar for ParaView is not written" in said) == (not fits), said[-200:])
+        if there:
+            text = next(ET.parse(os.path.join(os.fsencode(folder), file + b".xdmf").decode()).getroot().iter("DataItem")).text
+            checks.true("it names the trajectory", text.startswith(file.decode() + ":"), text)
+
+
 def h5md(checks, folder):
     """H5MD 1.1 by its rules, and as an independent reader of H5MD sees it."""
     structure = pathlib.Path(__file__).resolve().parents[1] / "verify" / "test_h5md.py"
     for name, options in (("cloth", CLOTH), ("square", SQUARE), ("units", CLOTH + ["-bs_output_units", "SI"]),
-                          ("stress", CLOTH + ["-bs_output_stress", "-bs_output_units", "SI"])):
+                          ("stress", CLOTH + ["-bs_output_stress", "-bs_output_units", "SI"]), *in_units(folder)):
         path = run(checks, folder, options, 2, name + ".h5md")
         done = subprocess.run([sys.executable, str(structure), str(path)], capture_output=True, text=True)
         checks.true(f"{name}: H5MD 1.1", done.returncode == 0, (done.stdout + done.stderr).strip()[-160:])
@@ -428,7 +484,7 @@ def paraview(checks, folder):
 
 def main():
     checks = Checks(__doc__)
-    for group in (contents, modes, holes, holes_continued, diluted, h5md, interrupted, continued, paraview):
+    for group in (contents, modes, holes, holes_continued, diluted, types, names, h5md, interrupted, continued, paraview):
         if checks.wants(group.__name__):
             with tempfile.TemporaryDirectory() as folder, checks.group(group.__name__):
                 group(checks, folder)

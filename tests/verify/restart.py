@@ -188,5 +188,72 @@ def driven(checks, folder):
                                     "bs_box_strain": "xy=velocity:0.05", "ts_dt": 0.1, "ts_max_time": 1, "bs_output_interval": 0.25}, (4, None))
 
 
+SHEET = {"bs_lattice_type": "triangular", "bs_lattice_size": "6,6", "bs_lattice_stiffness": 100, "bs_lattice_damping": 0.1, "bs_lattice_perturbation": 0.02, "ts_dt": 0.01, "ts_max_time": 0.1,
+         "bs_output": "r.h5md", "bs_checkpoint": "c", "bs_progress_interval": -1}
+
+
+def rows(path):
+    """How many rows each dataset has that grows with the frames."""
+    with h5py.File(path) as f:
+        sizes = {}
+        f.visititems(lambda name, item: sizes.__setitem__(name, len(item)) if name.endswith("/value") else None)
+        return len(f["particles/trajectory/position/time"]), sizes
+
+
+def form(checks, folder):
+    """A trajectory that goes on keeps its form: what it cannot take is refused before the first step, and no byte is changed; what it lacks is warned of. Every dataset has a row for
+    every frame."""
+    box = {**SHEET, "bs_lattice_periodic": "xy"}
+    refused = (("another width", SHEET, {"bs_output_pad": 3}, "the trajectory r.h5md has 2 columns per particle, and this run writes 3: leave out -bs_output_pad 3, or give another -bs_output"),
+               ("a width less", {**SHEET, "bs_output_pad": 3}, {"bs_output_pad": 2}, "has 3 columns per particle, and this run writes 2: leave out -bs_output_pad 2"),
+               ("without strains", SHEET, {"bs_output_strain": False}, "the trajectory r.h5md has /backspring/strain in every frame, and this run does not write it: leave out -bs_output_strain false"),
+               ("tensions for strains", SHEET, {"bs_output_springs": True}, "has /backspring/strain in every frame"),
+               ("without stresses", {**SHEET, "bs_output_stress": True}, {"bs_output_stress": False}, "has /particles/trajectory/stress_volume in every frame"),
+               ("a box that shears", box, {"bs_box_strain": "xy=velocity:0.1"}, "the trajectory r.h5md has 2 numbers a frame in /particles/trajectory/box/edges, and this run writes 4"),
+               ("springs that may break", SHEET, {"bs_break_strain": 0.1}, "option -bs_break_strain: c is the checkpoint of a run without it, in which that could not break: leave it out, or start a new run"))
+    for name, first, more, message in refused:
+        place = folder / name
+        go(checks, place, first)
+        before = {path.name: path.read_bytes() for path in place.iterdir()}
+        done = go(checks, place, {"bs_restart": "c", "ts_max_time": 0.2, **more}, expect=2)
+        errors = [line for line in done.stderr.splitlines() if "error" in line]
+        checks.true(f"{name}: refused in one line", len(errors) == 1 and message in errors[0], done.stderr.strip()[-300:])
+        after = {path.name: path.read_bytes() for path in place.iterdir() if not path.name.endswith(".lock")}
+        checks.true(f"{name}: nothing is touched", after == {key: text for key, text in before.items() if not key.endswith(".lock")}, str([key for key in after if after[key] != before.get(key)]))
+    given, lacks = "the trajectory r.h5md goes on in the form in which it was begun: ", "which this run leaves out"
+    for name, more, message in (("stresses", {"bs_output_stress": True}, "it has no /particles/trajectory/stress_volume, " + lacks),
+                                ("tensions beside strains", {"bs_output_springs": True, "bs_output_strain": True}, "it has no /observables/springs/tension, /observables/springs/strain, " + lacks),
+                                ("units", {"bs_output_units": "SI"}, "it takes nothing of -bs_output_units SI: give another -bs_output"), ("single precision", {"viewer_hdf5_sp_output": True}, "it takes nothing of -viewer_hdf5_sp_output"),
+                                ("a force on a group", {"bs_group_top": "ymax", "bs_force_top": "0,1"}, "it has no /observables/force"), ("nothing", {}, None),
+                                ("frames at other times", {"bs_output_interval": 0.02, "bs_output_flush": 0}, None)):
+        place = folder / f"warned {name}"
+        go(checks, place, SHEET)
+        said = go(checks, place, {"bs_restart": "c", "ts_max_time": 0.2, **more}).stderr
+        checks.true(f"{name}: {'warned of' if message else 'no warning'}", given + message in said if message else given not in said, said.strip()[-300:])
+        frames, sizes = rows(place / "r.h5md")
+        checks.true(f"{name}: a row for every frame", frames > 11 and set(sizes.values()) == {frames}, f"{frames} frames; {[key for key in sizes if sizes[key] != frames]}")
+    place = folder / "another file"
+    go(checks, place, SHEET)
+    said = go(checks, place, {"bs_restart": "c", "ts_max_time": 0.2, "bs_output": "other.h5md", "bs_output_pad": 3, "bs_output_springs": True}).stderr
+    with h5py.File(place / "other.h5md") as f:
+        checks.true("another file takes another form", given not in said and f["particles/trajectory/position/value"].shape[2] == 3 and "springs" in f["observables"], said.strip()[-200:])
+
+
+def sidecars(checks, folder):
+    """Without a sidecar from now on: the one that is there goes, where it is one of this trajectory's, and what is written for viewers stays as long as the rest."""
+    for name, first, again in (("continued", {**SHEET, "bs_break_strain": 0.5}, {"bs_restart": "c", "ts_max_time": 0.2}), ("written anew", SHEET, {**SHEET, "bs_overwrite": True})):
+        place = folder / name
+        go(checks, place, first)
+        there = (place / "r.h5md.xdmf").read_text()
+        go(checks, place, {**again, "bs_output_xdmf": False})
+        checks.true(f"{name}: the sidecar goes", "r.h5md:/" in there and not (place / "r.h5md.xdmf").exists())
+        frames, sizes = rows(place / "r.h5md")
+        checks.true(f"{name}: a row for every frame", set(sizes.values()) == {frames} and (name != "continued" or "backspring/drawn/value" in sizes), str(sizes))
+        for kind, text in (("of another trajectory", there.replace("r.h5md:", "other.h5md:")), ("that is none", "notes")):
+            (place / "r.h5md.xdmf").write_text(text)
+            go(checks, place, {**again, "ts_max_time": 0.3, "bs_overwrite": True, "bs_output_xdmf": False})
+            checks.true(f"{name}: a file {kind} stays", (place / "r.h5md.xdmf").read_text() == text)
+
+
 if __name__ == "__main__":
-    run_parts(__doc__, (dynamics, statics, breaking, plastic, driven))
+    run_parts(__doc__, (dynamics, statics, breaking, plastic, driven, form, sidecars))

@@ -54,10 +54,12 @@ def option_path(folder):
     return folder / "o.opts"
 
 
-def restarted(*more):
-    """A maker of a run that goes on from a checkpoint."""
+def restarted(*more, written=()):
+    """A maker of a run that goes on from a checkpoint, and where `written` says how with its trajectory."""
     def make(folder):
-        subprocess.run([sys.argv[sys.argv.index("--program") + 1], *CHAIN, "-bs_checkpoint", str(folder / "c")], check=True, stdout=subprocess.DEVNULL)
+        first = [*CHAIN, "-bs_checkpoint", "c", *(("-bs_output", "r.h5md", *written) if written else ())]
+        program = pathlib.Path(sys.argv[sys.argv.index("--program") + 1]).resolve()
+        subprocess.run([str(program), *first], check=True, stdout=subprocess.DEVNULL, cwd=folder)
         return ["-bs_restart", str(folder / "c"), "-ts_max_steps", "2", *more]
     return make
 
@@ -150,6 +152,9 @@ PROGRAM = {
                                          "-bs_fluid_velocity", "1,0,5"), "option -bs_fluid_velocity has a component beyond the lattice's dimension 2"),
     "central point beyond the dimension": (words("-bs_lattice_dim", "2", "-bs_central_G", "1", "-bs_central_M0", "1", "-bs_central_point", "9,9,5"),
                                            "option -bs_central_point has a component beyond the lattice's dimension 2"),
+    "columns that a continued trajectory has not": (restarted("-bs_output_pad", "3", written=("-bs_output_flush", "0")), "has 1 column per particle, and this run writes 3: leave out -bs_output_pad 3, or give another -bs_output"),
+    "fields that a continued run leaves out": (restarted("-bs_output_stress", "false", written=("-bs_output_stress",)), "has /particles/trajectory/stress_volume in every frame, and this run does not write it: leave out -bs_output_stress false"),
+    "springs that could not break before": (restarted("-bs_break_strain", "0.1"), "option -bs_break_strain: "),
     "another start of a continued run": (restarted("-ts_init_time", "5"), "option -ts_init_time: a continued run begins at the time of its checkpoint"),
     "output in no folder": (words("-bs_output", "none/o.h5md"), "folder none of -bs_output none/o.h5md does not exist"),
     "report in no folder": (words("-bs_report", "none/r.json"), "folder none of -bs_report none/r.json does not exist"),
