@@ -51,7 +51,7 @@ CASES = {  # name: (words, exit code)
 
 def run(program, ranks, words):
     with tempfile.TemporaryDirectory(prefix="dumps_") as folder:
-        done = subprocess.run(["mpirun", "-n", str(ranks), str(program), *words, *DUMP], cwd=folder, env=environment(ranks), text=True,
+        done = subprocess.run([*(["mpirun", "-n", str(ranks)] if ranks > 1 else []), str(program), *words, *DUMP], cwd=folder, env=environment(ranks), text=True,
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120 * int(os.environ.get("BS_SLOWER", 1)))
     return done.returncode, done.stdout
 

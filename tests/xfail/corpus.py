@@ -23,7 +23,7 @@ TIMEOUT = 60 * int(os.environ.get("BS_SLOWER", 1))  # [s]
 
 def run(program, ranks, words, folder):
     """Exit code (None: did not end) and all that was said."""
-    command = ["mpirun", "-n", str(ranks), str(program), *map(str, words)]
+    command = [*(["mpirun", "-n", str(ranks)] if ranks > 1 else []), str(program), *map(str, words)]
     process = subprocess.Popen(command, cwd=folder, env=environment(ranks), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                stderr=subprocess.STDOUT, text=True, errors="replace")
     try:

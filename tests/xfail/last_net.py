@@ -27,7 +27,7 @@ CRASHES = {signal.SIGSEGV: "segmentation fault", signal.SIGBUS: "bus error", sig
 
 def start(program, ranks, words, folder, memory=None):
     limit = (lambda: resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))) if memory else None
-    return subprocess.Popen(["mpirun", "-n", str(ranks), str(program), *words], cwd=folder, env=environment(ranks), text=True,
+    return subprocess.Popen(["mpirun", "-n", str(ranks), str(program), *words], cwd=folder, env=environment(max(2, ranks)), text=True,  # for mpirun
                             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limit)
 
 

@@ -184,7 +184,7 @@ def limit():
 
 def run(program, ranks, words, folder):
     """Returns the exit code (None: did not end), what was said, and the largest process [kB]."""
-    command = [str(word) for word in ["mpirun", "-n", ranks, program, *words, *STEP]]
+    command = [str(word) for word in [*(["mpirun", "-n", ranks] if int(ranks) > 1 else []), program, *words, *STEP]]
     said = folder / "said"
     with open(said, "wb") as out:
         process = subprocess.Popen(["timeout", "--foreground", str(TIMEOUT), *command], cwd=folder, env=environment(int(ranks)),
