@@ -168,12 +168,12 @@ class Lattice:
 
     def nearest_shift(self) -> Whole:
         """(S, d) images of the box in which springs' second ends are nearest to the first ones [boxes]; of a lattice with a box."""
-        if self.box is None:
-            raise InputError("nearest_shift: the lattice has no box")
         return self._nearest(self.pairs[:, 0], self.pairs[:, 1])
 
     def _nearest(self, first: Whole, second: Whole) -> Whole:
         """The images in which the second of pairs of particles are nearest to the first."""
+        if self.box is None:
+            raise InputError("nearest_shift: the lattice has no box")
         way = self.x[second] - self.x[first]
         repeats = np.asarray(self.periodic, int)
         middle = -np.rint(way @ np.linalg.inv(self.box)).astype(np.int64) * repeats
