@@ -33,7 +33,7 @@ def led():
             simulation.restore(state)
             simulation.change(stiffness=[10.0, 10.0, 1e-9])  # had no room in the matrices
             simulation.step(30)
-            anew = 2e-3 if kind in ("bdf", "alpha2") else 1e-6  # methods with a past begin anew
+            anew = 0.05 if kind in ("bdf", "alpha2") else 1e-6  # methods with a past begin anew
             assert abs(simulation.x - straight[0]).max() < anew and abs(simulation.observables["work/end"] - straight[2]) < anew, kind
 
 
