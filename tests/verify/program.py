@@ -105,12 +105,12 @@ def text(value):
 
 def environment(ranks):
     """Variables for a run on so many ranks: one thread each; shared memory, without the search for fast networks that takes Open MPI half of a short run;
-    one rank without the daemon and the folders of a session, which take it half of what is left (mpirun needs both); more ranks than cores, for Open MPI
+    one rank without the daemon and the folders of a session, which take it half of what is left (mpirun needs both), nor the file in them that MPI-IO would miss aloud; more ranks than cores, for Open MPI
     4 (OMPI) and from 5 on (PRTE)."""
     env = {k: v for k, v in os.environ.items() if k != "PETSC_OPTIONS"}
     env.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", OMPI_MCA_pml="ob1")
     if ranks == 1:
-        env.update(OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_orte_create_session_dirs="0")
+        env.update(OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_orte_create_session_dirs="0", OMPI_MCA_sharedfp="^sm")
     if os.geteuid() == 0:
         env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     if ranks > len(os.sched_getaffinity(0)):
