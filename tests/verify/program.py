@@ -1,7 +1,11 @@
 """Runs the program in a folder of its own and reads what it wrote; the options of each method."""
+import atexit
+import functools
+import itertools
 import json
 import os
 import pathlib
+import shutil
 import subprocess
 import tempfile
 
@@ -21,6 +25,7 @@ METHODS = {
 }
 EXPLICIT = ("fe", "symplectic", "midpoint", "rk4")
 NEWTON_RTOL = 1e-12
+SESSION = itertools.count()
 
 
 def method_options(method, h, steps, ranks=1):
@@ -103,14 +108,22 @@ def text(value):
     return f"{value:.17g}" if isinstance(value, (float, np.floating)) else str(value)
 
 
+@functools.lru_cache(maxsize=None)
+def sessions():
+    """A folder for the sessions of runs without mpirun, until this process ends."""
+    folder = tempfile.mkdtemp(prefix="bs_sessions_")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 def environment(ranks):
     """Variables for a run on so many ranks: one thread each; shared memory, without the search for fast networks that takes Open MPI half of a short run;
-    one rank without the daemon and the folders of a session, which take it half of what is left (mpirun needs both), nor the file in them that MPI-IO would miss aloud; more ranks than cores, for Open MPI
-    4 (OMPI) and from 5 on (PRTE)."""
+    one rank without the daemon that takes it half of what is left, and with a session in a folder of its own, since runs beside each other would meet there;
+    more ranks than cores, for Open MPI 4 (OMPI) and from 5 on (PRTE)."""
     env = {k: v for k, v in os.environ.items() if k != "PETSC_OPTIONS"}
     env.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", OMPI_MCA_pml="ob1")
     if ranks == 1:
-        env.update(OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_orte_create_session_dirs="0", OMPI_MCA_sharedfp="^sm")
+        env.update(OMPI_MCA_ess_singleton_isolated="1", OMPI_MCA_orte_tmpdir_base=f"{sessions()}/{next(SESSION)}")
     if os.geteuid() == 0:
         env.update(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
     if ranks > len(os.sched_getaffinity(0)):
