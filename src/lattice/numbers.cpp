@@ -49,14 +49,13 @@ InteractionNumber interaction_number(const std::string& name) {
   return {};
 }
 
-/// Whether a number of that name says something about spring k, whose law may take none.
-static bool takes(const Lattice& lattice, std::size_t k, const std::string& name) {
-  const auto named = [&](const SpringParameter& one) { return name == one.name; };
-  const std::vector<SpringParameter> all = spring_parameters();
-  if (std::none_of(all.begin(), all.end(), named)) return true;
-  const std::size_t law = lattice.spring_laws.empty() ? static_cast<std::size_t>(lattice.spring_law) : lattice.spring_laws[k];
-  const std::vector<SpringParameter>& its = spring_laws()[law].parameters;
-  return std::any_of(its.begin(), its.end(), named);
+/// Of each law, whether it takes a number of that name; all do where that is none of a law's own.
+static std::vector<bool> laws_that_take(const std::string& name) {
+  std::vector<bool> all;
+  for (const SpringLawInfo& law : spring_laws())
+    all.push_back(std::any_of(law.parameters.begin(), law.parameters.end(), [&](const SpringParameter& one) { return name == one.name; }));
+  if (std::find(all.begin(), all.end(), true) == all.end()) all.assign(all.size(), true);
+  return all;
 }
 
 std::vector<double> NumberColumn::values() const {
@@ -110,15 +109,17 @@ bool change_numbers(Lattice* lattice, const std::string& name, const std::vector
                   how_many(static_cast<std::int64_t>(column.size()), std::string(of) + "{s}").c_str());
     return false;
   }
+  const std::vector<bool> takes = laws_that_take(name);
+  const bool by_law = std::find(takes.begin(), takes.end(), false) != takes.end();
   for (std::size_t k = 0; k < all.size(); ++k) {
-    const char* const fault = column.kind >= 0           ? interaction_fault_of(column, lattice->dim, k, all[k])
-                              : takes(*lattice, k, name) ? fault_of(name, column[k], all[k])
-                                                         : nullptr;
-    if (fault) {
+    if (by_law && !takes[lattice->spring_laws.empty() ? static_cast<std::size_t>(lattice->spring_law) : lattice->spring_laws[k]]) {
+      all[k] = 0;
+      continue;
+    }
+    if (const char* fault = column.kind >= 0 ? interaction_fault_of(column, lattice->dim, k, all[k]) : fault_of(name, column[k], all[k])) {
       *why = format("%s %zu: %s %g; %s", of, k, name.c_str(), all[k], fault);
       return false;
     }
-    if (column.kind < 0 && !takes(*lattice, k, name)) all[k] = 0;
   }
   column.assign(all);
   return true;

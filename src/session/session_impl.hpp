@@ -68,6 +68,7 @@ struct Session::Impl {
   PetscErrorCode start_anew(double time, std::int64_t steps);
   PetscErrorCode check_rows(const std::vector<double>& rows);
   PetscErrorCode require_particles();
+  static std::string file_of_run();
   PetscErrorCode refuse_files();
   PetscErrorCode drive(const std::string& group, double t, const std::vector<double>& rows);
   PetscErrorCode save(State* out);

@@ -138,11 +138,9 @@ PetscErrorCode Session::Impl::leave_failed_run() {
   Vec y;
   PetscFunctionBegin;
   if (!failed || finished) PetscFunctionReturn(0);
-  for (const char* const file : {"-bs_output", "-bs_report", "-bs_checkpoint"})
-    if (is_given(file))
-      PetscCall(
-          fail(comm, Exit::solve,
-               format("the run has failed, and the file of option %s ends there: begin another one, from its checkpoint where it has one", file)));
+  if (const std::string file = file_of_run(); !file.empty())
+    PetscCall(fail(comm, Exit::solve,
+                   "the run has failed, and the file of option " + file + " ends there: begin another one, from its checkpoint where it has one"));
   PetscCall(run->state_vector(&y));
   PetscCall(copy_into(&given_state, y));
   PetscCall(start_anew(run->time(), steps_so_far()));

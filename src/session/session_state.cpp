@@ -21,11 +21,17 @@ PetscErrorCode Session::Impl::require_particles() {
   PetscFunctionReturn(0);
 }
 
+/// The option of a file that the run writes; empty: it writes none.
+std::string Session::Impl::file_of_run() {
+  for (const char* const file : {"-bs_output", "-bs_report", "-bs_checkpoint"})
+    if (is_given(file)) return file;
+  return {};
+}
+
 PetscErrorCode Session::Impl::refuse_files() {
   PetscFunctionBegin;
-  for (const char* const file : {"-bs_output", "-bs_report", "-bs_checkpoint"})
-    if (is_given(file))
-      PetscCall(fail(comm, Exit::input, format("option %s: the file of a run has no place for a state that is set: leave it out", file)));
+  if (const std::string file = file_of_run(); !file.empty())
+    PetscCall(fail(comm, Exit::input, "option " + file + ": the file of a run has no place for a state that is set: leave it out"));
   PetscFunctionReturn(0);
 }
 

@@ -66,7 +66,6 @@ PetscErrorCode Stepper::count_iterations(TS ts, StepRecord* record) {
 PetscErrorCode Stepper::is_good(TS ts, bool* good) {
   TSConvergedReason reason;
   PetscReal time;
-  Vec y;
   PetscFunctionBegin;
   *good = false;
   PetscCall(TSGetConvergedReason(ts, &reason));
@@ -77,8 +76,7 @@ PetscErrorCode Stepper::is_good(TS ts, bool* good) {
   *good = now_.finite && ending_.empty();
   if (*good) PetscFunctionReturn(0);
   // a type that cannot cut its step has overwritten it
-  PetscCall(TSGetSolution(ts, &y));
-  PetscCall(VecCopy(history_.last_start(), y));
+  PetscCall(return_to_good(ts));
   if (!now_.finite) trouble_ = "the state overflowed";
   PetscCall(TSSetConvergedReason(ts, TS_DIVERGED_STEP_REJECTED));
   PetscFunctionReturn(0);
