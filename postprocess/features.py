@@ -96,7 +96,7 @@ OFF = ("none", "false", "no", "off")
 OPTIONS = {  # options by which a feature is there, and the values by which it is not
     "gravity": (("bs_gravity",), ()),
     "drag": (("bs_stokes_drag", "bs_viscosity", "bs_sphere_drag", "bs_shape_drag"), OFF),
-    "other forces": (("bs_central_M0", "bs_xsp_attraction", "bs_xsp_walls", "bs_xsp_center_of_mass", "bs_xsp_center_of_mass_damping", "bs_buoyancy", "bs_added_mass"), OFF),
+    "other forces": (("bs_central_M0", "bs_central_M0_", "bs_xsp_attraction", "bs_xsp_walls", "bs_xsp_center_of_mass", "bs_xsp_center_of_mass_damping", "bs_buoyancy", "bs_added_mass"), OFF),
     "rules of breaking": (("bs_break", "bs_break_"), (*OFF, "inf")),
     "motion of anchors": (("bs_anchor_motion",), ("fixed",)),
     "motion of groups": (("bs_motion_",), ("fixed",)),

@@ -140,7 +140,7 @@ PetscErrorCode option_endings(const std::string& begin, std::vector<std::string>
   endings->clear();
   PetscCall(options_in_force(&options));
   for (const auto& [name, value] : options)
-    if (name.rfind(begin, 0) == 0) endings->push_back(name.substr(begin.size()));
+    if (lower(name).rfind(lower(begin), 0) == 0) endings->push_back(name.substr(begin.size()));
   PetscFunctionReturn(0);
 }
 

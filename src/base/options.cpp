@@ -4,9 +4,11 @@
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
+#include "base/option_names.hpp"
 #include "base/recalled_options.hpp"
 #include "base/text.hpp"
 
@@ -161,6 +163,15 @@ bool Section::flag(const char* name, const char* help, bool& value) {
     return false;
   }
   return true;
+}
+
+std::vector<std::string> Section::names(const std::string& name, const char* help) {
+  std::vector<std::string> all;
+  std::string none;
+  (void)find(name.c_str(), help, none, &none);
+  const PetscErrorCode code = option_endings(name.substr(1, name.size() - std::strlen("-NAME")), &all);
+  if (code && !status_) status_ = code;
+  return all;
 }
 
 bool Section::text(const char* name, const char* help, std::string& value) {

@@ -32,6 +32,8 @@ class Section {
   bool path(const char* name, const char* help, std::string& value);
   /// Collective. The name of a file to read, found as find_input says.
   bool file(const char* name, const char* help, std::string& value);
+  /// The words that options given have in place of NAME in `name`, which ends in _NAME.
+  std::vector<std::string> names(const std::string& name, const char* help);
   /// Words separated by commas.
   bool texts(const char* name, const char* help, std::vector<std::string>& values);
   /// One of `choices`, or three letters and more that only one of them begins with; `index` is its position. Anything else is an error that lists

@@ -147,12 +147,8 @@ void read_group_options(Section& section, GroupTexts* out) {
   static const char help[] =
       "particles of the group NAME (letters, digits, underscores): faces (xmin,xmax,...), boxes (box:X0,Y0,Z0,X1,Y1,Z1 [m]), rows "
       "(ids:0,5,7-12) or all, with commas between them; -bs_motion_NAME moves them, -bs_force_NAME acts on them";
-  std::vector<std::string> names;
-  std::string none;
   out->clear();
-  section.text("-bs_group_NAME", help, none);
-  if (option_endings("bs_group_", &names)) return;
-  for (const std::string& name : names) {
+  for (const std::string& name : section.names("-bs_group_NAME", help)) {
     std::string text;
     const std::string option = "-bs_group_" + name;
     if (!section.text(option.c_str(), help, text)) continue;
@@ -238,19 +234,17 @@ PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& l) {
 PetscErrorCode read_options_of_groups(MPI_Comm comm, const Lattice& lattice, const std::string& begin, const char* title, const char* help,
                                       GroupOptions* out) {
   std::vector<std::string> given;
-  std::string none;
   PetscFunctionBegin;
-  PetscCall(option_endings(begin, &given));
-  for (const std::string& name : given)
-    if (std::none_of(lattice.groups.begin(), lattice.groups.end(), [&](const Group& one) { return lower(one.name) == lower(name); }))
-      PetscCall(fail_without_group(comm, "-" + begin + name, name, lattice));
   PetscCall(read_section(comm, title, [&](Section& o) {
-    o.text(("-" + begin + "NAME").c_str(), help, none);
+    given = o.names("-" + begin + "NAME", help);
     for (std::size_t g = 0; g < lattice.groups.size(); ++g) {
       std::string text;
       if (o.text(("-" + begin + lattice.groups[g].name).c_str(), help, text)) out->emplace_back(g, text);
     }
   }));
+  for (const std::string& name : given)
+    if (std::none_of(lattice.groups.begin(), lattice.groups.end(), [&](const Group& one) { return lower(one.name) == lower(name); }))
+      PetscCall(fail_without_group(comm, "-" + begin + name, name, lattice));
   PetscFunctionReturn(0);
 }
 

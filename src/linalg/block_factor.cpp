@@ -51,7 +51,7 @@ class BlockFactorOf final : public BlockFactor {
     PetscFunctionBegin;
     double least = 0;
     PetscCall(least_stiff_size(S, &least));
-    if (everywhere && least == 0 && !S.remainder().created()) PetscCall(overlap_.create_everywhere(S));
+    if (everywhere && least == 0) PetscCall(overlap_.create_everywhere(S));
     else PetscCall(overlap_.create(S, least));
     PetscCall(make_factor_pattern(S, least, most, &overlap_, &own_));
     const bool own = own_.made();
@@ -150,7 +150,7 @@ class BlockFactorOf final : public BlockFactor {
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) to[r * d + c] += static_cast<Real>(block[transposed ? c * d + r : r * d + c]);
   }
-  /// What R holds between two rows, one of them an owned point's.
+  /// What R holds between two rows.
   void add_remainder(const PairMatrix& S) {
     double block[area];
     for (PetscInt i = 0; i < n_; ++i)
@@ -162,6 +162,12 @@ class BlockFactorOf final : public BlockFactor {
         S.hold_block(i, j, block);
         add(block, a > b, own_.find(std::min(a, b), std::max(a, b)));
       });
+    for (const Overlap::Block& tie : overlap_.blocks()) {
+      const PetscInt a = own_.turn_of(tie.a), b = own_.turn_of(tie.b);
+      std::copy_n(tie.numbers, area, block);
+      S.hold_block(point(tie.a), point(tie.b), block);
+      add(block, a > b, own_.find(std::min(a, b), std::max(a, b)));
+    }
   }
   // t_i = D_i^-1 (r_i - sum of what rows before i took from it), then t_j -= U_ij^T t_i by rows of U
   void forward(const double* r) noexcept {

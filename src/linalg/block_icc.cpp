@@ -157,7 +157,7 @@ PetscErrorCode set_from_options(PC pc, OptionItems PetscOptionsObject) {
   PetscCall(
       PetscOptionsInt("-pc_bicc_coarse",
                       "largest number of unknowns of the coarse grid, which corrects motions over many springs; 0: no coarse grid, -1: one for 60 "
-                      "of the fine grid, for 15 where there are angle springs or hinges; hats at most 6000, or in bodies that fill their box 2200 or "
+                      "of the fine grid, for 12 where there are angle springs or hinges; hats at most 6000, or in bodies that fill their box 2200 or "
                       "(0.3 particles a rank)^0.75, rigid at most 20000",
                       "", self->coarse_unknowns, &self->coarse_unknowns, nullptr));
   PetscCall(PetscOptionsEList(

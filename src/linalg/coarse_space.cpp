@@ -13,7 +13,7 @@ namespace bs {
 
 namespace {
 
-constexpr double FINE = 60, FINE_BENT = 15;             // unknowns of S a coarse one stands for; the same where S has a remainder
+constexpr double FINE = 60, FINE_BENT = 12;             // unknowns of S a coarse one stands for; the same where S has a remainder
 constexpr double MOST_HATS = 6000, MOST_RIGID = 20000;  // of these at most; hats over systems that do not fill their box
 constexpr double REACH = 2;                             // cells over which stiff pairs tie points together
 constexpr int BLENDS = 1;                               // steps by which groups are made to overlap: a second one saves few iterations

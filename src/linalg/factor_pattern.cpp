@@ -83,6 +83,7 @@ class FillRows {
         const PetscInt row = j < n ? j : overlap_.row(j - n);
         if (row > i) add(turns, i, row, false);
       });
+    for (const Overlap::Block& tie : overlap_.blocks()) add(turns, tie.a, tie.b, false);
     for (std::vector<Entry>& row : rows_) {
       std::sort(row.begin(), row.end());
       std::size_t kept = 0;

@@ -20,7 +20,8 @@ PetscErrorCode Overlap::create(PairMatrix& S, double least) {
   PetscCall(on_some_rank(S.graph().comm, any, &active_));
   if (!active_) PetscFunctionReturn(0);
   publish(S, least);
-  PetscCall(find_ties(S));
+  PetscCall(find(S, &pairs_, &ties_));
+  PetscCall(find(S, &remainder_, &blocks_));
   choose(S, tied);
   PetscFunctionReturn(0);
 }
@@ -45,12 +46,18 @@ void Overlap::choose(const PairMatrix& S, const std::vector<std::uint8_t>& tied)
     row_[static_cast<std::size_t>(g)] = S.pattern().n + static_cast<PetscInt>(ghosts_.size());
     ghosts_.push_back(g);
   }
-  ties_.erase(std::remove_if(ties_.begin(), ties_.end(), [&](const Tie& tie) { return row(tie.a) < 0; }), ties_.end());
-  for (Tie& tie : ties_) tie = {row(tie.a), row(tie.b), {}, tie.slot};
-  std::stable_sort(ties_.begin(), ties_.end(), [](const Tie& one, const Tie& other) { return one.a < other.a; });
+  keep_rows(&ties_);
+  keep_rows(&blocks_);
 }
 
-/// Makes the list of this rank's pairs above `least`, from both ends.
+template <class Pair>
+void Overlap::keep_rows(std::vector<Pair>* ties) const {
+  ties->erase(std::remove_if(ties->begin(), ties->end(), [&](const Pair& tie) { return row(tie.a) < 0 || row(tie.b) < 0; }), ties->end());
+  for (Pair& tie : *ties) tie = {row(tie.a), row(tie.b), {}, tie.slot};
+  std::stable_sort(ties->begin(), ties->end(), [](const Pair& one, const Pair& other) { return one.a < other.a; });
+}
+
+/// Makes the lists of this rank's pairs above `least`, from both ends, and of its rows of the remainder.
 void Overlap::publish(const PairMatrix& S, double least) {
   const PairPattern& pattern = S.pattern();
   const Graph& graph = S.graph();
@@ -72,15 +79,24 @@ void Overlap::publish(const PairMatrix& S, double least) {
       if (S.cut_size(at) > least) halves.push_back({pattern.cut_row[r], graph.global[pattern.n + pattern.ghost[k]], S.cut(at)});
     }
   std::stable_sort(halves.begin(), halves.end(), [](const Half& a, const Half& b) { return a.i < b.i; });
-  start_.assign(static_cast<std::size_t>(pattern.n) + 1, 0);
-  other_.clear();
-  numbers_.clear();
-  for (const Half& half : halves) {
-    ++start_[half.i + 1];
-    other_.push_back(half.other);
-    numbers_.push_back(half.numbers);
+  pairs_ = {};
+  remainder_ = {};
+  std::size_t next = 0;
+  for (PetscInt i = 0; i < pattern.n; ++i) {
+    pairs_.start.push_back(static_cast<PetscInt>(pairs_.other.size()));
+    for (; next < halves.size() && halves[next].i == i; ++next) {
+      pairs_.other.push_back(halves[next].other);
+      pairs_.numbers.push_back(halves[next].numbers);
+    }
+    remainder_.start.push_back(static_cast<PetscInt>(remainder_.other.size()));
+    if (S.remainder().created())
+      S.remainder().for_row(i, [&](PetscInt j, const double* block) {
+        remainder_.other.push_back(graph.global[j]);
+        remainder_.numbers.push_back(block);
+      });
   }
-  for (PetscInt i = 0; i < pattern.n; ++i) start_[i + 1] += start_[i];
+  pairs_.start.push_back(static_cast<PetscInt>(pairs_.other.size()));
+  remainder_.start.push_back(static_cast<PetscInt>(remainder_.other.size()));
 }
 
 /// Collective. all: value(i, c) of owned points i, then what their owners give for the ghosts; (owned and ghosts, d).
@@ -97,28 +113,49 @@ PetscErrorCode Overlap::send(PairMatrix& S, Value&& value, std::vector<double>* 
 
 // Of all ghosts, by their numbers as ghosts. Images of points in a periodic box share their point's number: ties between them are left out,
 // and those of a point beyond the first MOST, since each is sent for all points.
-PetscErrorCode Overlap::find_ties(PairMatrix& S) {
+template <class Number, class Pair>
+PetscErrorCode Overlap::find(PairMatrix& S, Told<Number>* told, std::vector<Pair>* ties) const {
   constexpr PetscInt MOST = 32;
   const Graph& graph = S.graph();
   const PetscInt n = graph.n, d = S.dim();
+  const std::vector<PetscInt>& start = told->start;
   std::unordered_map<PetscInt, PetscInt> ghost;  // of a global number
   std::vector<double> all;
   PetscFunctionBegin;
-  slots_ = 0;
-  for (PetscInt i = 0; i < n; ++i) slots_ = std::max(slots_, std::min(MOST, start_[i + 1] - start_[i]));
-  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &slots_, 1, MPIU_INT, MPI_MAX, graph.comm));
+  for (PetscInt i = 0; i < n; ++i) told->slots = std::max(told->slots, std::min(MOST, start[i + 1] - start[i]));
+  PetscCall(MPIU_Allreduce(MPI_IN_PLACE, &told->slots, 1, MPIU_INT, MPI_MAX, graph.comm));
   for (PetscInt g = 0; g < graph.ghosts && !graph.periodic; ++g) ghost[graph.global[n + g]] = g;
-  ties_.clear();
-  for (PetscInt slot = 0; slot < slots_; ++slot) {
+  ties->clear();
+  for (PetscInt slot = 0; slot < told->slots; ++slot) {
     const auto number = [&](PetscInt i, PetscInt c) {
-      return c == 0 && start_[i] + slot < start_[i + 1] ? 1.0 + static_cast<double>(other_[start_[i] + slot]) : 0.0;
+      return c == 0 && start[i] + slot < start[i + 1] ? 1.0 + static_cast<double>(told->other[start[i] + slot]) : 0.0;
     };
     PetscCall(send(S, number, &all));
     for (PetscInt g = 0; g < graph.ghosts; ++g) {
       const auto end = ghost.find(static_cast<PetscInt>(all[static_cast<std::size_t>((n + g) * d)]) - 1);
-      if (end != ghost.end() && g < end->second) ties_.push_back({g, end->second, {}, slot});
+      if (end != ghost.end() && g < end->second) ties->push_back({g, end->second, {}, slot});
     }
   }
+  PetscFunctionReturn(0);
+}
+
+/// Collective. `width` numbers of every tie, d at a time.
+template <class Number, class Pair>
+PetscErrorCode Overlap::renew(PairMatrix& S, const Told<Number>& told, PetscInt width, std::vector<Pair>* ties) const {
+  const PetscInt n = S.pattern().n, d = S.dim();
+  std::vector<double> all;
+  PetscFunctionBegin;
+  for (PetscInt slot = 0; slot < told.slots; ++slot)
+    for (PetscInt first = 0; first < width; first += d) {
+      const auto number = [&](PetscInt i, PetscInt c) {
+        return told.start[i] + slot < told.start[i + 1] && first + c < width ? static_cast<double>(told.numbers[told.start[i] + slot][first + c])
+                                                                             : 0.0;
+      };
+      PetscCall(send(S, number, &all));
+      for (Pair& tie : *ties)
+        for (PetscInt c = 0; c < d && tie.slot == slot && first + c < width; ++c)
+          tie.numbers[first + c] = static_cast<Number>(all[static_cast<std::size_t>((n + ghosts_[tie.a - n]) * d + c)]);
+    }
   PetscFunctionReturn(0);
 }
 
@@ -127,16 +164,8 @@ PetscErrorCode Overlap::update(PairMatrix& S, std::vector<double>* diagonal) {
   std::vector<double> all;
   PetscFunctionBegin;
   if (!active_) PetscFunctionReturn(0);
-  for (PetscInt slot = 0; slot < slots_; ++slot)
-    for (PetscInt first = 0; first <= d; first += d) {  // w, then t
-      const auto number = [&](PetscInt i, PetscInt c) {
-        return start_[i] + slot < start_[i + 1] && first + c <= d ? static_cast<double>(numbers_[start_[i] + slot][first + c]) : 0.0;
-      };
-      PetscCall(send(S, number, &all));
-      for (Tie& tie : ties_)
-        for (PetscInt c = 0; c < d && tie.slot == slot && first + c <= d; ++c)
-          tie.numbers[first + c] = static_cast<float>(all[static_cast<std::size_t>((n + ghosts_[tie.a - n]) * d + c)]);
-    }
+  PetscCall(renew(S, pairs_, d + 1, &ties_));
+  PetscCall(renew(S, remainder_, area, &blocks_));
   diagonal->resize((static_cast<std::size_t>(n) + ghosts_.size()) * static_cast<std::size_t>(area));
   for (PetscInt r = 0; r < d; ++r) {  // row by row of the blocks
     PetscCall(send(

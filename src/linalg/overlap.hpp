@@ -8,12 +8,15 @@ namespace bs {
 
 class Overlap {
  public:
-  /// A pair between two ghosts that are rows, a < b.
-  struct Tie {
+  /// Numbers between two ghosts that are rows, a < b.
+  template <class Number, int most>
+  struct Between {
     PetscInt a, b;
-    float numbers[4];  ///< (w, t) of PairMatrix
-    PetscInt slot;     ///< its place among the pairs of a that are sent
+    Number numbers[most];
+    PetscInt slot;  ///< its place among those of a that are sent
   };
+  using Tie = Between<float, 4>;     ///< a pair's (w, t) of PairMatrix
+  using Block = Between<double, 9>;  ///< d x d, what the remainder holds
 
   /// Collective. At pairs of S whose size is above `least`; 0: at none.
   PetscErrorCode create(PairMatrix& S, double least);
@@ -25,6 +28,7 @@ class Overlap {
     row_.assign(row_.size(), -1);
     ghosts_.clear();
     ties_.clear();
+    blocks_.clear();
   }
   /// Collective. Numbers of the ties as they are now, and the ghosts' diagonal blocks behind those of the owned points.
   PetscErrorCode update(PairMatrix& S, std::vector<double>* diagonal);
@@ -47,11 +51,24 @@ class Overlap {
   PetscInt row(PetscInt ghost) const { return row_.empty() ? -1 : row_[static_cast<std::size_t>(ghost)]; }
   /// Ascending by a.
   const std::vector<Tie>& ties() const { return ties_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
 
  private:
+  /// What is told of owned points, in compressed rows: the global number of the other end, and the numbers between them.
+  template <class Number>
+  struct Told {
+    std::vector<PetscInt> start, other;
+    std::vector<const Number*> numbers;
+    PetscInt slots = 0;  ///< those of a point that are sent, at most, on all ranks
+  };
   void choose(const PairMatrix& S, const std::vector<std::uint8_t>& tied);
   void publish(const PairMatrix& S, double least);
-  PetscErrorCode find_ties(PairMatrix& S);
+  template <class Number, class Pair>
+  PetscErrorCode find(PairMatrix& S, Told<Number>* told, std::vector<Pair>* ties) const;
+  template <class Number, class Pair>
+  PetscErrorCode renew(PairMatrix& S, const Told<Number>& told, PetscInt width, std::vector<Pair>* ties) const;
+  template <class Pair>
+  void keep_rows(std::vector<Pair>* ties) const;
   template <class Value>
   PetscErrorCode send(PairMatrix& S, Value&& value, std::vector<double>* all) const;
   PetscErrorCode set_weights(PairMatrix& S);
@@ -60,12 +77,11 @@ class Overlap {
   PetscErrorCode add(PairMatrix& S, Vec out);
 
   bool active_ = false;
-  PetscInt slots_ = 0;  ///< such pairs of a point, at most, on all ranks
   std::vector<PetscInt> ghosts_, row_;
   std::vector<Tie> ties_;
-  /// Pairs of owned points above `least`, in compressed rows: their numbers, and the global number of the other end.
-  std::vector<PetscInt> start_, other_;
-  std::vector<const float*> numbers_;
+  std::vector<Block> blocks_;
+  Told<float> pairs_;                      ///< pairs above `least`
+  Told<double> remainder_;                 ///< all of the remainder
   std::vector<double> weight_;             ///< of rows; empty: 1
   std::vector<double> in_, out_, values_;  ///< room
 };

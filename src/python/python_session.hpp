@@ -26,11 +26,11 @@ using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 class PythonSession {
  public:
   /// lattice: taken over, and empty afterwards. forces: None, or functions (force, tangent, energy), of which the last two may be None, pairs (P, 2)
-  /// of particles between which they act, and a function that is told of the beginnings of steps, or None.
+  /// of particles between which they act, a function that is told of the beginnings of steps, or None, and one that limits steps, or None.
   PythonSession(std::int64_t comm, LatticeArrays& lattice, const Settings& settings, const py::object& forces) {
     if (!forces.is_none())
-      std::tie(force_, tangent_, energy_, between_, begin_step_) =
-          forces.cast<std::tuple<py::object, py::object, py::object, ForceCallback::Pairs, py::object>>();
+      std::tie(force_, tangent_, energy_, between_, begin_step_, limit_) =
+          forces.cast<std::tuple<py::object, py::object, py::object, ForceCallback::Pairs, py::object, py::object>>();
     const Turn turn;
     MPI_Comm mpi = MPI_Comm_f2c(static_cast<MPI_Fint>(comm));
     MPI_Comm_dup(mpi, &comm_);
@@ -96,11 +96,11 @@ class PythonSession {
   }
   /// For Python's collector of garbage: what of Python's it holds, and no longer.
   int traverse(visitproc visit, void* arg) const {
-    for (const py::object* one : {&force_, &tangent_, &energy_, &begin_step_, &observer_}) Py_VISIT(one->ptr());
+    for (const py::object* one : {&force_, &tangent_, &energy_, &begin_step_, &limit_, &observer_}) Py_VISIT(one->ptr());
     return 0;
   }
   void let_go() {
-    for (py::object* one : {&force_, &tangent_, &energy_, &begin_step_, &observer_}) *one = py::none();
+    for (py::object* one : {&force_, &tangent_, &energy_, &begin_step_, &limit_, &observer_}) *one = py::none();
   }
   PythonSession(const PythonSession&) = delete;
   PythonSession& operator=(const PythonSession&) = delete;
@@ -190,6 +190,12 @@ class PythonSession {
       all.begin_step = [=](double t, double h, std::int64_t number, std::int64_t attempt, const Rows& row, const double* x, const double* v) {
         tell_begin(t, h, number, attempt, row, x, v);
       };
+    if (!limit_.is_none())
+      all.limit = [=](double t, const Rows& row, const double* x, const double* dx) {
+        double lambda = 0;
+        ask(limit_, t, row, {}, x, dx, {{&lambda, 1}});
+        return lambda;
+      };
     return all;
   }
   int poll() {
@@ -207,7 +213,7 @@ class PythonSession {
   Error error_;
   std::exception_ptr raised_;
   ForceCallback::Pairs between_;
-  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none(), begin_step_ = py::none(), observer_ = py::none();
+  py::object force_ = py::none(), tangent_ = py::none(), energy_ = py::none(), begin_step_ = py::none(), limit_ = py::none(), observer_ = py::none();
 };
 
 }  // namespace bs::python

@@ -43,6 +43,10 @@ struct ForceCallback {
   /// at the start before the first of them. Empty: nothing.
   std::function<void(double t, double h, std::int64_t number, std::int64_t attempt, const Rows& row, const double* x, const double* v)> begin_step =
       {};
+  /// The largest lambda > 0 for which the forces are as they should be all the way from x to x + lambda dx, infinite where there is none: steps of
+  /// Newton's method, and what it begins with where the time stepper extrapolates (beuler, cn, theta, equilibria), are at most that long, so that
+  /// nothing gets at once to the other side of what repels it. Empty: they may have any length.
+  std::function<double(double t, const Rows& row, const double* x, const double* dx)> limit = {};
 };
 
 }  // namespace bs

@@ -8,38 +8,6 @@
 
 namespace bs {
 
-/// The energy along a line of positions: v and the line's velocity are 0, so that of Phi only sigma E is left.
-class Equilibrium::Potential final : public Incremental {
- public:
-  Potential(Equilibrium& self, Incremental& energy) : self_(self), energy_(energy) {}
-  std::string lacks_potential() const override { return energy_.lacks_potential(); }
-  PetscErrorCode add_kinematic(Vec F, Vec y) override { return energy_.add_kinematic(F, y); }
-  PetscErrorCode follow(Vec y, Vec z) override {
-    PetscFunctionBegin;
-    if (self_.moves()) {
-      PetscCall(energy_.follow(y, z));
-      PetscFunctionReturn(0);
-    }
-    PetscCall(copy_into(&line_, z));
-    PetscCall(zero_velocities(line_));
-    PetscCall(self_.at_rest(y));
-    PetscCall(energy_.follow(self_.rest_, line_));
-    PetscFunctionReturn(0);
-  }
-  PetscErrorCode beyond_slope(double t, double sigma, double lambda, PotentialChange* change) override {
-    const double s = self_.factor(t);
-    PetscFunctionBegin;
-    self_.load(s);
-    PetscCall(energy_.beyond_slope(s, self_.moves() ? 1 / self_.step_ : sigma, lambda, change));
-    PetscFunctionReturn(0);
-  }
-
- private:
-  Equilibrium& self_;
-  Incremental& energy_;
-  VecHandle line_;
-};
-
 Equilibrium::Equilibrium(std::unique_ptr<Mechanics> mechanics, const LoadRules& rules)
     : FirstOrder(std::move(mechanics)), rules_(rules), factor_(std::numeric_limits<double>::quiet_NaN()) {
   tangent_.set_static(0);
@@ -69,12 +37,6 @@ void Equilibrium::load(double s) {
   loads.driven_at_full_load = !rules_.driven;
   loads.box_at_full_load = !rules_.box;
   own_->set_loads(loads);
-}
-
-Incremental* Equilibrium::incremental() {
-  if (!own_->potential()) return nullptr;
-  if (!potential_) potential_ = std::make_shared<Potential>(*this, *own_->potential());
-  return potential_.get();
 }
 
 PetscErrorCode Equilibrium::at_rest(Vec y) {

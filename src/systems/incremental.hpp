@@ -1,6 +1,7 @@
 // The incremental potential of an implicit step, for searches along a Newton direction.
 #pragma once
 #include <petscvec.h>
+#include <limits>
 #include <string>
 
 namespace bs {
@@ -27,6 +28,13 @@ class Incremental {
   /// Collective. Phi(v + lambda z_v) - Phi(v) - lambda F_v.z_v on the line kept. Summed from terms that are of second order
   /// each, so that nothing cancels however large Phi is. Not finite: a law has no value there.
   virtual PetscErrorCode beyond_slope(double t, double sigma, double lambda, PotentialChange* change) = 0;
+  /// Whether forces limit how far a state may go at once; the same on every rank, and also where they have no potential.
+  virtual bool limits_steps() const { return false; }
+  /// Collective. The largest lambda that they allow on the line kept, of which the positions alone count: infinite where all may be, 0 where none.
+  virtual PetscErrorCode largest_lambda(double /* t */, double* lambda) {
+    *lambda = std::numeric_limits<double>::infinity();
+    return 0;
+  }
 };
 
 }  // namespace bs

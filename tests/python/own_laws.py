@@ -12,6 +12,109 @@ import backspring as bs
 from cases import sheet
 
 
+REACH = 0.1
+
+
+def barrier(gap):
+    """Energy, force and its slope of the logarithmic barrier of incremental potential contact (M. Li et al., ACM Trans. Graph. 39, 2020) at a gap > 0, 0 beyond REACH."""
+    inside = gap < REACH
+    with np.errstate(invalid="ignore"):
+        log = np.log(np.where(inside, gap, REACH) / REACH)
+    far = np.where(inside, gap - REACH, 0.0)
+    return -50 * far**2 * log, 50 * (2 * far * log + far**2 / gap), 50 * (2 * log + 4 * far / gap - far**2 / gap**2)
+
+
+def barriers():
+    """A plate that repels within a short distance alone is not jumped over by steps that are far longer, which end where the forces balance; without a limit of
+    Newton's steps it is."""
+    def plate(side, limited=True):
+        """On particles that are above it (side 1) or below it."""
+        def slopes(t, x, v):
+            K = np.zeros((len(x), 2, 2))
+            K[:, 1, 1] = barrier(np.abs(x[:, 1]))[2]
+            return K
+
+        def limit(t, x, dx):
+            toward = -dx[:, 1] / x[:, 1]
+            return 0.8 / toward.max() if (toward > 0).any() else np.inf
+
+        return bs.Forces(lambda t, x, v: np.stack([0 * x[:, 0], np.sign(x[:, 1]) * barrier(np.abs(x[:, 1]))[1]], 1), tangent=slopes,
+                         energy=lambda t, x: barrier(np.abs(x[:, 1]))[0], **({"step_limit": limit} if limited else {}))
+
+    low, high = 1e-6, REACH
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if barrier(np.array(middle))[1] > 2.0 * 10 else (low, middle)
+    fall = dict(x=[[0.3, 1.0], [0.8, 2.5]], pairs=np.zeros((0, 2), int), mass=2.0)
+    for side in (1, -1):
+        for options in ({}, dict(snes_linesearch_type="guarded"), dict(ts_type="theta", ts_theta_theta=0.8, ts_theta_endpoint=True)):
+            drop = {**fall, "x": np.array(fall["x"]) * [1, side]}
+            with bs.Simulation(bs.Lattice(**drop), dt=0.5, forces=plate(side), bs_gravity=(0, -10 * side), bs_stokes_drag=2.0, **options) as simulation:
+                heights = [(simulation.step(), simulation.x[:, 1] * side)[1] for _ in range(60)]
+            assert np.min(heights) > 0, (options, np.min(heights))
+            assert abs(heights[-1] - low).max() < 1e-6, (options, heights[-1], low)
+    with bs.Simulation(bs.Lattice(**fall), dt=0.5, forces=plate(1, limited=False), bs_gravity=(0, -10), bs_stokes_drag=2.0) as simulation:
+        simulation.step(10)
+        assert (simulation.x[:, 1] < -1).all()  # the case is one
+    # an equilibrium: a spring pulls a particle to the other side of the plate
+    hung = bs.Lattice([[0.0, -1.0], [0, 0.6]], [[0, 1]], stiffness=30.0, rest_length=0.5, fixed=[0])
+    only = bs.Forces(lambda t, x, v: np.where([[0], [1]], plate(1).force(t, x, v), 0), tangent=lambda t, x, v: plate(1).tangent(t, x, v) * np.array([0, 1])[:, None, None],
+                     energy=lambda t, x: plate(1).energy(t, x) * [0, 1], step_limit=plate(1).step_limit)
+    stays = bs.statics(hung, forces=only, load_steps=1).x[1, 1]
+    assert 0 < stays < REACH and abs(barrier(np.array(stays))[1] - 30 * (stays + 1 - 0.5)) < 1e-8, stays
+
+
+def flying_pair():
+    """Two that fly at each other, on any number of ranks, and one that follows: they do not pass through each other. What cannot limit steps is refused."""
+    def slopes_between(t, x, v, rows, pairs):
+        at = {int(row): k for k, row in enumerate(rows)}
+        K, across = np.zeros((len(x), 1, 1)), np.zeros((len(pairs), 1, 1))
+        if 0 in at and 1 in at:
+            slope = barrier(x[at[1], 0] - x[at[0], 0])[2]
+            K[at[0]] = K[at[1]] = slope
+            across[:] = -slope
+        return K, 0 * K, across
+
+    def near(x, rows):
+        at = {int(row): k for k, row in enumerate(rows)}
+        return (at[0], at[1]) if 0 in at and 1 in at else None
+
+    def between(t, x, v, rows):
+        f, ends = np.zeros_like(x), near(x, rows)
+        if ends:
+            push = barrier(x[ends[1], 0] - x[ends[0], 0])[1]
+            f[ends[0]], f[ends[1]] = -push, push
+        return f
+
+    def energies(t, x, rows):
+        E, ends = np.zeros(len(x)), near(x, rows)
+        if ends:
+            E[list(ends)] = 0.5 * barrier(x[ends[1], 0] - x[ends[0], 0])[0]
+        return E
+
+    def closing(t, x, dx, rows):
+        ends = near(x, rows)
+        if not ends:
+            return np.inf
+        gap, change = (q[ends[1], 0] - q[ends[0], 0] for q in (x, dx))
+        return -0.8 * gap / change if change < 0 else np.inf
+
+    forces = bs.Forces(between, tangent=slopes_between, energy=energies, between=[[0, 1], [1, 0]], step_limit=closing)
+    line = bs.Lattice([[-1.0], [1.0], [3.0]], [[1, 2]], stiffness=5.0, rest_length=2.0, mass=1.0, velocity=[[9.0], [-8.0], [0.0]])
+    with bs.Simulation(line, dt=0.5, forces=forces) as simulation:
+        gaps = [(simulation.step(), np.diff(simulation.x[:2, 0])[0])[1] for _ in range(20)]
+        assert min(gaps) > 0 and gaps[-1] > REACH, gaps
+        momentum = simulation.v[:, 0].sum()
+    assert abs(momentum - 1.0) < 1e-7, momentum
+    with raised(bs.InputError, "step_limit"):
+        bs.Forces(between, step_limit=0.5)
+    with raised(ValueError, "step_limit"):
+        bs.Simulation(line, dt=0.5, forces=bs.Forces(between, step_limit=lambda t, x, dx: -1.0)).step()
+    for options in (dict(ts_type="verlet"), dict(ts_type="bdf"), dict(snes_linesearch_type="basic")):
+        with raised(bs.InputError, "limit", "ts_type beuler"):
+            bs.Simulation(line, dt=0.01, forces=forces, **options).step()
+
+
 def own_forces():
     """A spring computed in Python is the built-in one; an error in it is raised; gravity by hand."""
     x, pairs = np.arange(5.0)[:, None], np.array([[i, i + 1] for i in range(4)])

@@ -31,9 +31,10 @@ except bs.InputError as error: say(rank, "balanced", "several ranks" in str(erro
 
 
 def kicked_on_ranks():
-    """Forces that are drawn once a step move a chain as on one rank."""
-    code, said, errors = spoken("import own_laws\nown_laws.kicked_chain()\nsay(rank, 'kicked')\n", timeout=120)
-    assert code == 0 and said == [f"{k} kicked" for k in range(3)], (said, errors)
+    """Forces that are drawn once a step move a chain as on one rank, and those that limit steps keep two apart that other ranks may own."""
+    for name in ("kicked_chain", "flying_pair"):
+        code, said, errors = spoken(f"import own_laws\nown_laws.{name}()\nsay(rank, 'done')\n", timeout=120)
+        assert code == 0 and said == [f"{k} done" for k in range(3)], (name, said, errors)
 
 
 LOOP = """

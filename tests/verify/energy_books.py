@@ -112,6 +112,7 @@ def second_order(checks, folder):
     cases = {"pulled": pulled, "turned": {**NET, "bs_group_r": "xmax", "bs_motion_r": "rotation:0.6,3,2"}, "gravity": {**NET, "bs_gravity": "0.3,-1"},
              "gravity, pulled": {**pulled, "bs_gravity": "0.3,-1"}, "a motion that does not grow, gravity": {**pulled, "bs_gravity": "0.3,-1", "bs_load_scale": "gravity"},
              "a central mass": {**NET, "bs_central_G": 1, "bs_central_M0": 20, "bs_central_point": "9,-2"},
+             "two central masses": {**NET, "bs_central_G": 1, "bs_central_M0_a": 20, "bs_central_point_a": "9,-2", "bs_central_M0_b": 15, "bs_central_point_b": "-8,3"},
              "anchors, gravity": {**STATICS, "bs_lattice_file": held, "bs_anchor_motion": "velocity", "bs_anchor_velocity": "0.7,-0.4", "bs_gravity": "0,-2"},
              "strained box": {**box, "bs_box_rate": "xx=0.2,xy=0.1"}, "box under stress": {**box, "bs_box_stress": "xx=3,yy=-1,xy=1"},
              "plastic": {**STATICS, "bs_lattice_file": series, "bs_motion_end": "x=expression:0.3*sin(3*t)"},

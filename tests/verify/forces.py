@@ -130,6 +130,52 @@ def oscillator(checks, folder):
     checks.near("kinetic energy", r.observables["kinetic_energy"].ravel(), kinetic, 1e-13)
 
 
+def two_centres(checks, folder):
+    """A particle between two masses that are at rest (Euler's problem of two fixed centres): its energy and its second invariant
+    L1 L2 + 2 a (m1 cos(theta1) - m2 cos(theta2)) with Li = r_i x v, theta_i the angle of r_i, centres at -a and a; SciPy's path; a third mass on the way; a statics' equilibrium."""
+    a, m1, m2 = 1.0, 3.0, 2.0
+    centres, masses = np.array([[-a, 0], [a, 0]]), np.array([m1, m2])
+    start = np.array([0.3, 1.6, 1.1, 0.2])
+    write_lattice(folder / "one.h5", start[None, :2], 0.7, velocity=start[None, 2:])
+    both = {"bs_central_G": 1, "bs_central_M0": m1, "bs_central_point": f"{-a},0", "bs_central_M0_b": m2, "bs_central_point_b": f"{a},0"}
+    named = {"bs_central_G": 1, "bs_central_M0_b": m2, "bs_central_point_b": f"{a},0", "bs_central_M0_a": m1, "bs_central_point_a": f"{-a},0"}
+    motion = {"bs_lattice_file": folder / "one.h5", "ts_max_time": 4.0, "ts_dt": 0.002, "ts_type": "rk", "ts_rk_type": "5dp", "ts_adapt_type": "none"}
+
+    def slope(_, y):
+        r = y[:2] - centres
+        return np.concatenate([y[2:], -(masses[:, None] * r / np.hypot(*r.T)[:, None] ** 3).sum(0)])
+
+    paths = {}
+    for name, options in {"one without a name": both, "both named": named}.items():
+        r = checks.run({**motion, **options}, interval=0.5).trajectory
+        paths[name] = x, v = r.position[:, 0], r.velocity[:, 0]
+        y = solve_ivp(slope, (0, 4), start, "DOP853", t_eval=r.time, rtol=1e-13, atol=1e-13).y.T
+        checks.near(f"{name}: the path", np.hstack([x, v]), y, 1e-9)
+        to = x[:, None] - centres
+        far = np.hypot(to[..., 0], to[..., 1])
+        turn = to[..., 0] * v[:, None, 1] - to[..., 1] * v[:, None, 0]
+        second = turn.prod(1) + 2 * a * (m1 * to[:, 0, 0] / far[:, 0] - m2 * to[:, 1, 0] / far[:, 1])
+        checks.below(f"{name}: the second invariant stays", np.ptp(second), 1e-9)
+        checks.near(f"{name}: energy", r.observables["potential_energy"].ravel(), -0.7 * (masses / far).sum(1), 1e-12)
+    checks.true("names do not matter", all(np.array_equal(p, q) for p, q in zip(*paths.values())))
+    # three masses in the corners of a triangle attract a particle on a soft anchor in the middle no way: it stays, and one of half the mass moves it
+    corners = np.stack([np.cos(2 * np.pi * np.arange(3) / 3), np.sin(2 * np.pi * np.arange(3) / 3)], 1)
+    write_lattice(folder / "middle.h5", np.zeros((1, 2)), 1.0, anchors={"particle": [0], "point": [[0.0, 0]], "stiffness": [30.0], "rest_length": [0.0], "damping": [0.0]})
+
+    def settled(third):
+        mass = np.array([1.0, 1, third])
+        options = {f"bs_central_{what}_{k}": value for k in range(3) for what, value in (("M0", mass[k]), ("point", f"{corners[k, 0]!r},{corners[k, 1]!r}"))}
+        x = checks.run({**STATICS, "bs_lattice_file": folder / "middle.h5", "bs_central_G": 1, **options}, interval=0).trajectory.position[-1, 0]
+        r = x - corners
+        return x, -30 * x - (mass[:, None] * r / np.hypot(*r.T)[:, None] ** 3).sum(0)
+
+    x, left = settled(1.0)
+    checks.below("three equal masses: it stays", np.abs(x).max(), 1e-12)
+    x, left = settled(0.5)
+    checks.true("one of half the mass: it leaves", np.hypot(*x) > 0.01, f"{x}")
+    checks.below("where all forces balance", np.abs(left).max(), 1e-10)
+
+
 def travels(checks, folder):
     """A load that travels over a row of particles, which an expression says by where they start; against SciPy's integration."""
     n, T = 12, 1.0
@@ -305,4 +351,4 @@ def continued(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("given forces", (two_springs, scaled, moments, oscillator, travels, star_dome, boxes, driven, breaks, continued))
+    run_parts("given forces", (two_springs, scaled, moments, oscillator, two_centres, travels, star_dome, boxes, driven, breaks, continued))

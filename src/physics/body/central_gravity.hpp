@@ -1,7 +1,9 @@
-// Gravity of a point mass that does not move.
+// Gravity of point masses that do not move.
 #pragma once
 #include <cmath>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "physics/body/law.hpp"
 #include "physics/vector.hpp"
@@ -12,20 +14,29 @@ namespace bs {
 struct CentralGravity {
   static constexpr const char* title = "central gravity";
   static constexpr Potential potential = Potential::of_position;
-  double G = 6.6743e-11;     ///< constant of gravitation [m^3/(kg s^2)] (CODATA 2018)
-  double M0 = 0;             ///< central mass [kg]; off: 0
-  double x0[3] = {0, 0, 0};  ///< its place [m]
-  int components = 1;        ///< how many of x0 were given
-  double load = 1;           ///< s, the factor of the load step
+  double G = 6.6743e-11;                    ///< constant of gravitation [m^3/(kg s^2)] (CODATA 2018)
+  double M0 = 0;                            ///< central mass [kg]; off: 0
+  double x0[3] = {0, 0, 0};                 ///< its place [m]
+  int components = 1;                       ///< how many of x0 were given
+  double load = 1;                          ///< s, the factor of the load step
+  std::string place = "-bs_central_point";  ///< the option that gives x0
 
+  /// The mass whose options have no name, whether it is given or not, and one more for every NAME.
   template <class V>
-  void options(V& o) {
-    using R = RangeOf<V>;
-    const bool constant = o.real("-bs_central_G", "gravitational constant G, >= 0 [m^3/(kg s^2)]", G, R::nonnegative);
-    const bool mass = o.real("-bs_central_M0", "mass M0 that attracts every particle, >= 0; 0: none [kg]", M0, R::nonnegative);
-    const bool point = read_vector(o, "-bs_central_point", "position x,y[,z] of the mass M0 [m]", x0, components);
-    if (constant) require(o, mass, "-bs_central_G", "-bs_central_M0");
-    if (point) require(o, mass, "-bs_central_point", "-bs_central_M0");
+  static void options(V& o, std::vector<CentralGravity>* all) {
+    CentralGravity one;
+    const bool constant = o.real("-bs_central_G", "gravitational constant G, >= 0 [m^3/(kg s^2)]", one.G, RangeOf<V>::nonnegative);
+    std::set<std::string> names{""};
+    for (const std::string& name : o.names("-bs_central_M0_NAME", "one more mass that attracts every particle, with a NAME of its own, >= 0 [kg]"))
+      names.insert("_" + lower(name));
+    for (const std::string& name : o.names("-bs_central_point_NAME", "position x,y[,z] of the mass NAME [m]")) names.insert("_" + lower(name));
+    bool some = false;
+    all->clear();
+    for (const std::string& name : names) {
+      all->push_back(one);
+      some = all->back().read(o, name) || some;
+    }
+    if (constant) require(o, some, "-bs_central_G", "-bs_central_M0");
   }
   bool active() const noexcept { return M0 != 0; }
   std::string describe() const { return "central gravity G M0 = " + short_number(G * M0) + " m^3/s^2 at " + vector_text(x0, components) + " m"; }
@@ -58,6 +69,16 @@ struct CentralGravity {
   void dfdv(const Point<d>&, double*) const noexcept {}
 
  private:
+  /// Whether the mass is given.
+  template <class V>
+  bool read(V& o, const std::string& name) {
+    const std::string mass = "-bs_central_M0" + name;
+    place += name;
+    const bool given = o.real(mass.c_str(), "mass M0 that attracts every particle, >= 0; 0: none [kg]", M0, RangeOf<V>::nonnegative);
+    const bool point = read_vector(o, place.c_str(), "position x,y[,z] of the mass M0 [m]", x0, components);
+    if (point) require(o, given, place.c_str(), mass.c_str());
+    return given;
+  }
   template <int d>
   double distance(const Point<d>& p, double* r) const noexcept {
     for (int i = 0; i < d; ++i) r[i] = p.x[i] - x0[i];

@@ -3,6 +3,7 @@
 #include <tuple>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "physics/body/central_gravity.hpp"
 #include "physics/body/linear_drag.hpp"
@@ -13,7 +14,20 @@
 
 namespace bs {
 
-using ParticleLaws = std::tuple<UniformGravity, CentralGravity, StokesDrag, MassDrag, ParticleDrag, SphereDrag, ShapeDrag, XspAttraction, XspWalls>;
+/// A law that acts as often as its options ask for, each time with numbers of its own: it reads them all (`Law::options(section, list)`).
+template <class Law>
+struct Several {
+  static constexpr const char* title = Law::title;
+  std::vector<Law> all = std::vector<Law>(1);
+
+  template <class V>
+  void options(V& o) {
+    Law::options(o, &all);
+  }
+};
+
+using ParticleLaws =
+    std::tuple<UniformGravity, Several<CentralGravity>, StokesDrag, MassDrag, ParticleDrag, SphereDrag, ShapeDrag, XspAttraction, XspWalls>;
 
 /// Whether a law acts wherever a lattice has its `column`; the law is told by its `given`.
 template <class Law, class = void>
@@ -27,10 +41,32 @@ struct varies_in_time : std::false_type {};
 template <class Law>
 struct varies_in_time<Law, std::void_t<decltype(Law::varies_in_time)>> : std::bool_constant<Law::varies_in_time> {};
 
-/// Calls f(law) for each law in the tuple, in its order; `laws` may be const.
+/// Whether a law's force grows with the load factor of static analyses: it has the factor, `load`.
+template <class Law, class = void>
+struct has_load : std::false_type {};
+template <class Law>
+struct has_load<Law, std::void_t<decltype(std::declval<Law&>().load)>> : std::true_type {};
+
+template <class T>
+struct is_several : std::false_type {};
+template <class Law>
+struct is_several<Several<Law>> : std::true_type {};
+
+/// All laws read their options.
+template <class Laws, class V>
+void read_options(Laws& laws, V& o) {
+  std::apply([&](auto&... law) { (law.options(o), ...); }, laws);
+}
+
+/// Calls f(law) for each law in the tuple, in its order, as often as it acts; `laws` may be const.
 template <class Laws, class F>
 void for_each_law(Laws& laws, F&& f) {
-  std::apply([&](auto&... law) { (f(law), ...); }, laws);
+  const auto use = [&](auto& law) {
+    if constexpr (is_several<std::decay_t<decltype(law)>>::value)
+      for (auto& one : law.all) f(one);
+    else f(law);
+  };
+  std::apply([&](auto&... law) { (use(law), ...); }, laws);
 }
 
 }  // namespace bs

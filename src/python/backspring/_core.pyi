@@ -7,7 +7,7 @@ from .kinds import Floats, Settings, Whole
 Problem = Optional[Tuple[int, str]]
 Found = Dict[str, Any]
 Function = Callable[..., List[Floats]]
-Functions = Tuple[Function, Optional[Function], Optional[Function], List[List[int]], Optional[Callable[..., Any]]]
+Functions = Tuple[Function, Optional[Function], Optional[Function], List[List[int]], Optional[Callable[..., Any]], Optional[Function]]
 
 class LatticeArrays:
     dim: int

@@ -32,20 +32,24 @@ class Forces:
     begin_step: b(t, h, number, attempt, x, v), called once before every attempt at a step of length h from there: what the forces draw or look up for a
     whole step, as random forces do. number counts steps from 1 on, attempt from 0: a step that was rejected is begun again from the same place, shorter.
     Before the first of them the other functions are asked at the start, too; otherwise they must return the same for the same arguments.
+    step_limit: l(t, x, dx) -> lambda > 0, the largest part of a change dx of places, inf where there is none, for which the forces are as they should be all
+    the way from x to x + lambda dx: Newton's method (beuler, cn, theta and equilibria) goes at most that far at once, so that nothing gets to the other
+    side of a barrier without having met it. On several ranks the least of all.
     t: the time [s], in equilibria the load factor; x, v: (n, d) of all particles, in the order of the lattice; what of them is held is where it is held. On
     several ranks they are a rank's own and those that `between` couples to them, whose rows functions that take one argument more, `rows`, are told; a
     tangent that takes another one, `pairs`, is told which of `between` are asked for, by their places among the rows.
     """
 
     def __init__(self, force: Callable[..., Any], *, tangent: Optional[Callable[..., Any]] = None, energy: Optional[Callable[..., Any]] = None,
-                 between: ArrayLike = (), begin_step: Optional[Callable[..., Any]] = None) -> None:
-        self.force, self.tangent, self.energy, self.between, self.begin_step = force, tangent, energy, _pairs_in(between), begin_step
-        for name, one, what in (("forces", force, "t, x and v"), ("tangent", tangent, "t, x and v"), ("energy", energy, "t and x"), ("begin_step", begin_step, "t, h, number, attempt, x and v")):
+                 between: ArrayLike = (), begin_step: Optional[Callable[..., Any]] = None, step_limit: Optional[Callable[..., Any]] = None) -> None:
+        self.force, self.tangent, self.energy, self.between, self.begin_step, self.step_limit = force, tangent, energy, _pairs_in(between), begin_step, step_limit
+        for name, one, what in (("forces", force, "t, x and v"), ("tangent", tangent, "t, x and v"), ("energy", energy, "t and x"), ("begin_step", begin_step, "t, h, number, attempt, x and v"),
+                                ("step_limit", step_limit, "t, x and dx")):
             if not callable(one) and (one is not None or name == "forces"):
                 raise InputError(f"{name}: {one!r} is no function of {what}")
 
     def __repr__(self) -> str:
-        given = [name for name in ("tangent", "energy", "begin_step") if getattr(self, name) is not None]
+        given = [name for name in ("tangent", "energy", "begin_step", "step_limit") if getattr(self, name) is not None]
         return f"<backspring.Forces by {getattr(self.force, '__name__', self.force)!s}{' with ' + ' and '.join(given) if given else ''}>"
 
 
@@ -78,8 +82,10 @@ def held_at(forces: GivenForces, t: float) -> Forces:
     tangent: Any = own.tangent and _with_rows(own.tangent, 3, 2)
     energy: Any = own.energy and _with_rows(own.energy, 2)
     begin = own.begin_step and _with_rows(own.begin_step, 6)
+    limit: Any = own.step_limit and _with_rows(own.step_limit, 3)
     return Forces(lambda _, x, v, rows: force(t, x, v, rows), tangent=tangent and (lambda _, x, v, rows, pairs: tangent(t, x, v, rows, pairs)),
-                  energy=energy and (lambda _, x, rows: energy(t, x, rows)), between=own.between, begin_step=begin)
+                  energy=energy and (lambda _, x, rows: energy(t, x, rows)), between=own.between, begin_step=begin,
+                  step_limit=limit and (lambda _, x, dx, rows: limit(t, x, dx, rows)))
 
 
 def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
@@ -91,7 +97,7 @@ def _shaped(name: str, found: Any, shape: Tuple[int, ...]) -> Floats:
 
 
 def functions_of(forces: Optional[GivenForces], settings: Settings, particles: int) -> Optional[Functions]:
-    """(force, tangent, energy, between, begin_step) as the extension wants them: functions of t, x, v, rows and pairs to lists of arrays; None where there are no
+    """(force, tangent, energy, between, begin_step, step_limit) as the extension wants them: functions of t, x, v, rows and pairs to lists of arrays; None where there are no
     forces."""
     global _said
     if forces is None:
@@ -122,5 +128,14 @@ def functions_of(forces: Optional[GivenForces], settings: Settings, particles: i
         assert energy
         return [_shaped("energy", energy(t, x, rows), x.shape[:1])]
 
+    limit = own.step_limit and _with_rows(own.step_limit, 3)
+
+    def limit_of(t: float, x: Floats, dx: Floats, rows: Whole, _: Whole) -> List[Floats]:
+        assert limit
+        largest = np.asarray(limit(t, x, dx, rows), dtype=float)
+        if largest.shape != () or not largest > 0:
+            raise ValueError(f"step_limit: {largest} came: give one number > 0, inf where nothing limits")
+        return [largest.reshape(1)]
+
     return (forces_of, tangents_of if tangent else None, energies_of if energy else None, own.between.tolist(),
-            own.begin_step and _with_rows(own.begin_step, 6))
+            own.begin_step and _with_rows(own.begin_step, 6), limit_of if limit else None)

@@ -145,7 +145,7 @@ PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
   PetscCall(settings_.step(&step));
   solve_.inverse_h = 1 / step.h;
   lengths_.begin(step.h);
-  if (solve_.inverse_h != floor_inverse_h_) PetscCall(estimate_floor(solve_.inverse_h));
+  if (loads_grow() || solve_.inverse_h != floor_inverse_h_) PetscCall(estimate_floor(solve_.inverse_h));
   for (int k = 0; k < 2; ++k) solve_.first[k] = std::max(now[k], reference_[k]);
   reference_ = {0, 0};
   solve_.least = now;
@@ -226,11 +226,15 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   PetscFunctionReturn(0);
 }
 
+/// In load steps; what rounds off grows with them.
+bool NewtonPolicy::loads_grow() const { return model().tangent() && !model().tangent()->has_inertia(); }
+
 PetscErrorCode NewtonPolicy::estimate_floor(double inverse_h) {
   NewtonStep step;
   PetscFunctionBegin;
   PetscCall(settings_.step(&step));
-  PetscCall(model().residual_floor(step.time, step.start, inverse_h, settings_.form, &solve_.floor));
+  const double at = loads_grow() ? step.time + step.h : step.time;
+  PetscCall(model().residual_floor(at, step.start, inverse_h, settings_.form, &solve_.floor));
   floor_inverse_h_ = inverse_h;
   PetscFunctionReturn(0);
 }

@@ -147,6 +147,7 @@ class NewtonPolicy {
   PetscErrorCode all_particles_converged(SNES snes, double rtol, bool* yes);
   PetscErrorCode set_forcing(SNES snes, PetscInt it, const ResidualNorms& now, double rtol) const;
   bool below(const ResidualNorms& now, double rtol, double floors) const;
+  bool loads_grow() const;
   bool exhausted(const ResidualNorms& now, double rtol) const;
   bool in_vain(PetscInt iterations);
   bool step_decides(const ResidualNorms& now) const;

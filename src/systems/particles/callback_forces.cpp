@@ -191,6 +191,16 @@ void CallbackForces::beyond_slope(double t, const LocalState& state, const Local
   sum->noise += sigma * std::numeric_limits<double>::epsilon() * size;
 }
 
+double CallbackForces::largest_lambda(double t, const LocalState& state, const LocalState& line) const {
+  if (asked_.empty()) return std::numeric_limits<double>::infinity();
+  Evaluation at, along;
+  move_to(t, state, &at);
+  move_to(t, line, &along);
+  for (std::size_t k = 0; k < asked_.size(); ++k)
+    if (net_->fixed[static_cast<std::size_t>(asked_[k])]) std::fill_n(&along.x[k * static_cast<std::size_t>(net_->dim)], net_->dim, 0.0);
+  return callback_.limit(t, rows_, at.x.data(), along.x.data());
+}
+
 void CallbackForces::supply(double t, const LocalState& state, Supply* sum) const {
   if (moving_.empty()) return;
   const std::size_t d = static_cast<std::size_t>(net_->dim);

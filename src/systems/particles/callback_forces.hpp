@@ -33,6 +33,8 @@ class CallbackForces final : public Term {
   bool complete() const override { return static_cast<bool>(callback_.tangent); }
   bool symmetric() const override { return !callback_.tangent; }
   bool depends_on_place() const override { return true; }
+  bool limits_steps() const override { return static_cast<bool>(callback_.limit); }
+  double largest_lambda(double t, const LocalState& state, const LocalState& line) const override;
   bool by_rows() const override { return true; }
   bool damps() const override { return static_cast<bool>(callback_.tangent); }
   void multiply_tangent(double t, const LocalState& state, const LocalState& z, double* f) const override;

@@ -91,7 +91,9 @@ PetscErrorCode ParticleModel::foresee(double from, double to, std::string* text)
 }
 
 void ParticleModel::set_loads(const Loads& loads) {
-  std::get<UniformGravity>(laws_).load = std::get<CentralGravity>(laws_).load = loads.gravity;
+  for_each_law(laws_, [&](auto& law) {
+    if constexpr (has_load<std::decay_t<decltype(law)>>::value) law.load = loads.gravity;
+  });
   constraints_.set_loads(loads);
   loads_ = net_.links.at_rest = loads.at_rest;
   forces_.set_static(loads.factor, loads.forces_grow);

@@ -78,7 +78,7 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
   PetscFunctionBegin;
   DisplacedFluid& fluid = std::get<UniformGravity>(laws_).fluid;
   PetscCall(read_section(net_.comm, "Forces on particles", [&](Section& o) {
-    for_each_law(laws_, [&](auto& law) { law.options(o); });
+    read_options(laws_, o);
     fluid.options(o);
   }));
   PetscCall(find_fluid(&fluid));
@@ -126,15 +126,17 @@ void ParticleModel::add_mass() {
 PetscErrorCode ParticleModel::check_laws() const {
   Error fault;
   PetscFunctionBegin;
-  const std::pair<const char*, const double*> vectors[] = {
-      {"-bs_gravity", std::get<UniformGravity>(laws_).g},        {"-bs_central_point", std::get<CentralGravity>(laws_).x0},
-      {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid}, {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
-      {"-bs_anchor_velocity", constraints_.anchors().c},         {"-bs_anchor_amplitude", constraints_.anchors().A}};
+  std::vector<std::pair<std::string, const double*>> vectors = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
+                                                                {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
+                                                                {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
+                                                                {"-bs_anchor_velocity", constraints_.anchors().c},
+                                                                {"-bs_anchor_amplitude", constraints_.anchors().A}};
+  for (const CentralGravity& mass : std::get<Several<CentralGravity>>(laws_).all) vectors.emplace_back(mass.place, mass.x0);
   for (const auto& [name, value] : vectors)
     for (int c = net_.dim; c < 3; ++c)
       if (value[c] != 0)
-        fault.note(
-            -1, format("option %s has a component beyond the lattice's dimension %d: give %s", name, net_.dim, how_many(net_.dim, "number").c_str()));
+        fault.note(-1, format("option %s has a component beyond the lattice's dimension %d: give %s", name.c_str(), net_.dim,
+                              how_many(net_.dim, "number").c_str()));
   if (is_given("-bs_fluid_velocity") && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())
     fault.note(-1,
                "option -bs_fluid_velocity applies to sphere and shape drag; -bs_stokes_drag and -bs_viscosity assume a fluid at rest: "

@@ -1,5 +1,6 @@
 // A force on particles as one part of the sum that moves them: what every kind of force gives, and nothing of how it does so.
 #pragma once
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -78,6 +79,10 @@ class Term {
   /// What the incremental potential changes by beyond its slope along lambda `line` (gathered as a direction), anchors at rest meanwhile:
   ///   sigma/2 m |dv|^2 + sigma (E(x + dx) - E(x) - E'.dx) + R(v + dv) - R(v) - R'.dv
   virtual void beyond_slope(double, const LocalState&, const LocalState&, double /* lambda */, double /* sigma */, PotentialChange*) const {}
+  /// Whether a step may be too long for it, the same on every rank; and the largest lambda for which its forces are as they should be all the way
+  /// from `state` to state + lambda `line` (gathered as a direction): nothing goes at once through what repels it.
+  virtual bool limits_steps() const { return false; }
+  virtual double largest_lambda(double, const LocalState&, const LocalState&) const { return std::numeric_limits<double>::infinity(); }
   /// Whether its forces depend on where in space particles are, not on each other's places alone.
   virtual bool depends_on_place() const { return false; }
   /// Empty, or what of it has no potential.

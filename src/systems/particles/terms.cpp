@@ -229,4 +229,21 @@ PetscErrorCode ParticlePotential::beyond_slope(double t, double sigma, double la
   PetscFunctionReturn(0);
 }
 
+bool ParticlePotential::limits_steps() const {
+  return std::any_of(terms_->begin(), terms_->end(), [](const Term* term) { return term->limits_steps(); });
+}
+
+PetscErrorCode ParticlePotential::largest_lambda(double t, double* lambda) {
+  PetscFunctionBegin;
+  *lambda = std::numeric_limits<double>::infinity();
+  state_.drive_to(t);
+  for (const Term* term : *terms_) {
+    if (!term->limits_steps()) continue;
+    const double most = term->largest_lambda(t, state_, line_);
+    *lambda = std::min(*lambda, most > 0 ? most : 0);  // 0, too, where it is no number
+  }
+  PetscCall(min_over_ranks(net_->comm, lambda));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace bs

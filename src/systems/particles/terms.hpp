@@ -77,6 +77,8 @@ class ParticlePotential final : public Incremental {
   PetscErrorCode add_kinematic(Vec F, Vec y) override;
   PetscErrorCode follow(Vec y, Vec z) override;
   PetscErrorCode beyond_slope(double t, double sigma, double lambda, PotentialChange* change) override;
+  bool limits_steps() const override;
+  PetscErrorCode largest_lambda(double t, double* lambda) override;
 
  private:
   const Network* net_ = nullptr;

@@ -5,6 +5,7 @@
 #include "base/options.hpp"
 #include "base/vec_array.hpp"
 #include "linalg/condensed/condensed.hpp"
+#include "solvers/newton/search/energy.hpp"
 #include "systems/layout.hpp"
 #include "systems/mechanics.hpp"
 #include "time/methods.hpp"
@@ -56,6 +57,7 @@ PetscErrorCode Predictor::attach(TS ts, Model& model, NewtonPolicy* newton) {
   if (*why) guess_ = Guess::extrapolate;
   substeps_.attach(ts, model, theta_, most);
   if (!hooks) PetscFunctionReturn(0);
+  PetscCall(searches_within_limits(snes, &within_limits_));
   PetscCall(SNESSetComputeInitialGuess(
       snes, [](SNES of, Vec X, void* self) { return static_cast<Predictor*>(self)->predict(of, X); }, this));
   PetscFunctionReturn(0);
@@ -116,6 +118,7 @@ PetscErrorCode Predictor::predict(SNES snes, Vec X) {
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
   if (history_ && !history_->replaying()) PetscCall(wants_substeps(&substeps));
+  substeps = substeps && !(model_->incremental() && model_->incremental()->limits_steps());  // they go where they want
   PetscCall(substeps ? descend(snes, y, X) : extrapolate(snes, y, X));
   PetscFunctionReturn(0);
 }
@@ -126,6 +129,24 @@ PetscErrorCode Predictor::descend(SNES snes, Vec y, Vec X) {
   PetscCall(residual_at(snes, y, &start));
   PetscCall(substeps_.make(snes, y, X));
   if (std::isfinite(start[0] + start[1])) newton_->set_reference(start);
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Predictor::may_go(SNES snes, Vec y, Vec X, bool* yes) {
+  Incremental* const forces = model_->incremental();
+  double most = 1;
+  Vec line;
+  PetscReal t = 0, h = 0;
+  PetscFunctionBegin;
+  *yes = true;
+  if (!forces || !forces->limits_steps()) PetscFunctionReturn(0);
+  PetscCall(TSGetTime(ts_, &t));
+  PetscCall(TSGetTimeStep(ts_, &h));
+  PetscCall(SNESGetFunction(snes, &line, nullptr, nullptr));  // room that Newton fills anew
+  PetscCall(VecWAXPY(line, -1.0, y, X));
+  PetscCall(forces->follow(y, line));
+  PetscCall(forces->largest_lambda(t + h, &most));
+  *yes = most >= 1;
   PetscFunctionReturn(0);
 }
 
@@ -148,6 +169,12 @@ PetscErrorCode Predictor::extrapolate(SNES snes, Vec y, Vec X) {
       at[v] = a1[v] + ratio * (a1[v] - a0[v]);
       at[x] = a1[x] + h * ((1 - theta_) * a1[v] + theta_ * at[v]);
     });
+  }
+  bool clear = true;
+  PetscCall(may_go(snes, y, X, &clear));
+  if (!clear) {
+    PetscCall(VecCopy(y, X));
+    PetscFunctionReturn(0);
   }
   PetscCall(residual_at(snes, X, &ahead));
   const double start = std::max(here[0] / (theta_ * h), here[1]), there = std::max(ahead[0] / (theta_ * h), ahead[1]);

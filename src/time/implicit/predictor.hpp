@@ -14,7 +14,7 @@ namespace bs {
 /// For the one-step types beuler, cn and theta with end point. With v the velocity and theta the type's:
 ///   v* = v_n + (v_n - v_(n-1)) h/h_(n-1),  x* = x_n + h ((1 - theta) v_n + theta v*)
 /// It is taken if its residual is less than half that at (x_n, v_n): through stiff springs it is far larger. After a step that met a tangent that was
-/// not positive definite SubstepGuess takes its place (-bs_guess).
+/// not positive definite SubstepGuess takes its place (-bs_guess). Where forces do not allow to go there at once, it is (x_n, v_n).
 class Predictor {
  public:
   /// Collective. Reads its options and hooks into the SNES of `ts` where the type is one of those and the model has positions and velocities.
@@ -22,6 +22,8 @@ class Predictor {
   /// Where the state before the last comes from; without it Newton starts at the last state.
   void set_history(const History* history) { history_ = history; }
   std::int64_t substeps() const { return substeps_.taken(); }
+  /// Whether all ways to the end of a step go by what forces allow (Incremental::largest_lambda): the first iterate and the line search.
+  bool within_limits() const { return within_limits_; }
   /// Not collective. What a checkpoint holds of it: whether the last step met a tangent that was not positive definite; and back.
   PetscErrorCode save(Facts* facts) const;
   PetscErrorCode restore(const Facts& facts);
@@ -33,6 +35,8 @@ class Predictor {
   PetscErrorCode extrapolate(SNES snes, Vec y, Vec X);
   PetscErrorCode descend(SNES snes, Vec y, Vec X);
   PetscErrorCode residual_at(SNES snes, Vec X, ResidualNorms* norms);
+  /// Collective. Whether forces allow to go from y to X at once.
+  PetscErrorCode may_go(SNES snes, Vec y, Vec X, bool* yes);
   PetscErrorCode count_indefinite(PetscInt* count) const;
   PetscErrorCode wants_substeps(bool* yes);
   TS ts_ = nullptr;
@@ -41,6 +45,7 @@ class Predictor {
   const History* history_ = nullptr;
   double theta_ = 1;
   Guess guess_ = Guess::automatic;
+  bool within_limits_ = false;
   SubstepGuess substeps_;
   bool folded_ = false;      ///< the step before the restart met negative curvature
   PetscInt indefinite_ = 0;  ///< tangents that were not positive definite, before the last attempt

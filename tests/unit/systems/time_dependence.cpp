@@ -101,7 +101,7 @@ TEST_CASE("forces on the same state at another time are those of that time") {
 TEST_CASE("laws that depend on the time say so") {
   ParticleLaws laws;
   for (double& g : std::get<UniformGravity>(laws).g) g = 1;
-  std::get<CentralGravity>(laws).M0 = 1e12;
+  std::get<Several<CentralGravity>>(laws).all.front().M0 = 1e12;
   std::get<MassDrag>(laws).c = std::get<StokesDrag>(laws).D = 1;
   std::get<SphereDrag>(laws).rho = std::get<SphereDrag>(laws).mu = 1;
   ShapeDrag& shape = std::get<ShapeDrag>(laws);

@@ -46,7 +46,7 @@ PetscErrorCode lengthen(EnergyLine* s, double beyond, Trial* now, PetscReal* fno
     const double lambda = 2 * longer.lambda;
     PetscCall(s->beyond_slope(lambda, &there));
     const double change = lambda * s->slope + there.value;
-    if (!(change < longer.change)) break;
+    if (lambda > s->most || !(change < longer.change)) break;
     longer = {lambda, change};
   }
   if (longer.lambda == now->lambda) PetscFunctionReturn(0);
@@ -66,7 +66,7 @@ PetscErrorCode backtrack(EnergyLine* s, double* lambda, PetscReal* fnorm, bool* 
   Trial now, before;
   PetscFunctionBegin;
   *found = false;
-  now.lambda = s->limits.damping;
+  now.lambda = std::min(s->limits.damping, s->most);
   for (PetscInt k = 0; k < s->limits.most && now.lambda >= s->limits.min_lambda; ++k) {
     PotentialChange beyond;
     PetscCall(s->beyond_slope(now.lambda, &beyond));
@@ -104,7 +104,7 @@ PetscErrorCode try_full_step(EnergyLine* s, SNESLineSearch line, PetscReal* fnor
   PetscReal before = 0;
   PetscFunctionBegin;
   *taken = false;
-  if (s->limits.damping != 1 || s->limits.full_step <= 0) PetscFunctionReturn(0);
+  if (s->limits.damping != 1 || s->limits.full_step <= 0 || s->potential.limits_steps()) PetscFunctionReturn(0);
   PetscCall(SNESLineSearchGetNorms(line, nullptr, &before, nullptr));
   PetscCall(s->evaluate(1, fnorm));
   if (!PetscIsInfOrNanReal(*fnorm)) s->full = *fnorm;
@@ -131,6 +131,7 @@ PetscErrorCode climb(const EnergyLine& s, SNESLineSearch line) {
   PetscCall(SNESLineSearchGetReason(line, &reason));
   if (reason != SNES_LINESEARCH_SUCCEEDED) PetscFunctionReturn(0);
   PetscCall(SNESLineSearchGetLambda(line, &lambda));
+  if (s.potential.limits_steps()) PetscCall(s.potential.follow(s.X, s.line));  // the guarded search had followed another line
   PetscCall(s.beyond_slope(lambda, &beyond));
   s.newton.search.past.moved(lambda * s.slope + beyond.value);
   PetscFunctionReturn(0);
@@ -172,6 +173,7 @@ PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const En
   PetscCall(s.set_up(F));
   if (std::abs(s.slope) <= s.noise) {
     // at rounding level a direction is noise: take it, and let the convergence test judge
+    lambda = std::min(1.0, s.most);
     PetscCall(s.evaluate(lambda, &fnorm));
     found = !PetscIsInfOrNanReal(fnorm);
     newton.search.past.moved(0);

@@ -37,6 +37,7 @@ struct EnergyLine {
   double slope = 0;     ///< F_v . dv at lambda = 0
   double noise = 0;     ///< rounding error of the slope
   PetscReal full = -1;  ///< |G| while W and G are the full step's
+  double most = 1;      ///< the largest lambda that forces allow
 
   /// Collective. X, F and line from Newton's iterate, its residual and its direction.
   PetscErrorCode set_up(Vec residual);
@@ -60,10 +61,14 @@ PetscErrorCode register_searches();
 /// The searches of `snes` use `newton`, which must outlive it.
 PetscErrorCode set_search_policy(SNES snes, NewtonPolicy* newton);
 
+/// Whether the search in force goes no further than forces allow (Incremental::largest_lambda).
+PetscErrorCode searches_within_limits(SNES snes, bool* yes);
+
 /// A word or two on the search in force.
 PetscErrorCode describe_search(SNES snes, std::string* text);
 
-/// Collective. The guarded search, from the state and direction of `line`: full steps for the first iterations, then backtracking.
+/// Collective. The guarded search, from the state and direction of `line`: full steps, or as long as forces allow, for the first iterations, then
+/// backtracking.
 PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& newton);
 
 }  // namespace bs

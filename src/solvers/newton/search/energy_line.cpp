@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 #include "base/collective.hpp"
 #include "base/vec_array.hpp"
 #include "solvers/newton/search/energy.hpp"
@@ -57,6 +58,8 @@ PetscErrorCode EnergyLine::set_up(Vec residual) {
   PetscCall(velocity_products(model.comm(), F, line, &slope, &speed));
   noise = newton.floor()[1] * std::sqrt(speed);
   PetscCall(potential.follow(X, line));
+  most = std::numeric_limits<double>::infinity();
+  if (potential.limits_steps()) PetscCall(potential.largest_lambda(newton.stage.time, &most));
   PetscFunctionReturn(0);
 }
 

@@ -105,6 +105,19 @@ PetscErrorCode set_search_policy(SNES snes, NewtonPolicy* newton) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode searches_within_limits(SNES snes, bool* yes) {
+  PetscBool newton = PETSC_FALSE;
+  SNESLineSearch line;
+  SNESLineSearchType type = nullptr;
+  PetscFunctionBegin;
+  PetscCall(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(snes), SNESNEWTONLS, &newton));
+  PetscCall(SNESGetLineSearch(snes, &line));
+  PetscCall(SNESLineSearchGetType(line, &type));
+  const std::string name = type ? type : "";
+  *yes = newton && (name == GUARDED || name == ENERGY);
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode describe_search(SNES snes, std::string* text) {
   SNESLineSearch line;
   SNESLineSearchType type = nullptr;
@@ -131,6 +144,20 @@ double merit(const NewtonPolicy& self, const ResidualNorms& now) {
   return std::hypot(kinematic, momentum) / (size > 0 ? size : 1);
 }
 
+/// Collective. The largest lambda that forces allow along X - lambda Y, at most 1; `work`: room.
+PetscErrorCode largest_step(const NewtonPolicy& self, Vec X, Vec Y, Vec work, PetscReal* lambda) {
+  Incremental* const forces = self.model().incremental();
+  double most = 1;
+  PetscFunctionBegin;
+  if (!forces || !forces->limits_steps()) PetscFunctionReturn(0);
+  PetscCall(VecCopy(Y, work));
+  PetscCall(VecScale(work, -1.0));
+  PetscCall(forces->follow(X, work));
+  PetscCall(forces->largest_lambda(self.stage.time, &most));
+  *lambda = std::min(1.0, most);
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 // The first BOLD iterations take full steps, also uphill: through stiff springs a good step first raises the residual by
@@ -155,7 +182,8 @@ PetscErrorCode guarded_search(SNESLineSearch line, const NewtonPolicy& self) {
   PetscInt iteration;
   PetscCall(SNESGetIterationNumber(snes, &iteration));
   bool found = false;
-  for (int k = 0; k < TRIES && !found; ++k) {
+  PetscCall(largest_step(self, X, Y, W, &lambda));
+  for (int k = 0; k < TRIES && !found && lambda > 0; ++k) {
     PetscCall(VecWAXPY(W, -lambda, Y, X));
     PetscCall(SNESComputeFunction(snes, W, G));
     PetscCall(VecNorm(G, NORM_2, &fnorm));

@@ -51,7 +51,10 @@ void Reactions::count_loads(const ParticleLaws* laws) {
   if (counted_) return;
   counted_ = true;
   names_.resize(grown_);
-  if (laws && (std::get<UniformGravity>(*laws).active() || std::get<CentralGravity>(*laws).active())) loads_ = laws;
+  if (laws)
+    for_each_law(*laws, [&](const auto& law) {
+      if (has_load<std::decay_t<decltype(law)>>::value && law.active()) loads_ = laws;
+    });
   if (forces_ && !forces_->grows()) forces_ = nullptr;
   if (loads_ || forces_) names_.emplace_back("loads");
   work_.assign(names_.size(), 0.0);
@@ -62,17 +65,19 @@ namespace {
 /// G: the energy of gravity under the full loads, of the particles whose energies count.
 template <int d>
 double full_load_energy(const Network& net, const ParticleLaws& laws, const LocalState& state) {
-  UniformGravity uniform = std::get<UniformGravity>(laws);
-  CentralGravity central = std::get<CentralGravity>(laws);
-  uniform.load = central.load = 1;
   double sum = 0;
-  for (PetscInt i = 0; i < net.n; ++i) {
-    if (net.fixed[i] == 1) continue;
-    const double* y = state.at(i);
-    const Point<d> point{0, net.mass[i], net.columns(i), y, y + d};
-    if (uniform.active()) sum += uniform.energy<d>(point);
-    if (central.active()) sum += central.energy<d>(point);
-  }
+  for_each_law(laws, [&](const auto& law) {
+    using Law = std::decay_t<decltype(law)>;
+    if constexpr (has_load<Law>::value) {
+      if (!law.active()) return;
+      Law full = law;
+      full.load = 1;
+      for (PetscInt i = 0; i < net.n; ++i) {
+        const double* y = state.at(i);
+        if (net.fixed[i] != 1) sum += full.template energy<d>({0, net.mass[i], net.columns(i), y, y + d});
+      }
+    }
+  });
   return sum;
 }
 

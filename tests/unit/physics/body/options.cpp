@@ -56,11 +56,20 @@ TEST_CASE("options of the gravity laws") {
   REQUIRE((uniform.active() && uniform.g[0] == 0 && uniform.g[2] == -9.81));
   REQUIRE(uniform.describe() == "uniform gravity g = (0, 0, -9.81) m/s^2");
   REQUIRE(accepted<UniformGravity>({{"-bs_gravity", "9.8"}}).describe() == "uniform gravity g = (9.8) m/s^2");
-  const auto central = accepted<CentralGravity>({{"-bs_central_M0", "5e24"}, {"-bs_central_point", "1,2"}});
+  const auto central = accepted<Several<CentralGravity>>({{"-bs_central_M0", "5e24"}, {"-bs_central_point", "1,2"}}).all.front();
   REQUIRE((central.active() && central.M0 == 5e24 && central.G == 6.6743e-11 && central.x0[1] == 2));
-  REQUIRE_FALSE(accepted<CentralGravity>({}).active());
-  refused<CentralGravity>({{"-bs_central_G", "1"}}, "-bs_central_M0");
-  refused<CentralGravity>({{"-bs_central_M0", "-1"}}, "-bs_central_M0");
+  const std::vector<CentralGravity> none = accepted<Several<CentralGravity>>({}).all;
+  REQUIRE((none.size() == 1 && !none.front().active()));
+  const std::vector<CentralGravity> two =
+      accepted<Several<CentralGravity>>(
+          {{"-bs_central_M0_Sun", "3"}, {"-bs_central_point_SUN", "1,2"}, {"-bs_central_m0_moon", "4"}, {"-bs_central_G", "2"}})
+          .all;
+  REQUIRE((two.size() == 3 && !two[0].active()));
+  REQUIRE((two[1].M0 == 4 && two[1].G == 2 && two[1].x0[0] == 0 && two[2].M0 == 3 && two[2].G == 2 && two[2].x0[1] == 2));
+  refused<Several<CentralGravity>>({{"-bs_central_point_sun", "1"}}, "-bs_central_M0_sun");
+  refused<Several<CentralGravity>>({{"-bs_central_M0_sun", "-1"}}, "-bs_central_M0_sun");
+  refused<Several<CentralGravity>>({{"-bs_central_G", "1"}}, "-bs_central_M0");
+  refused<Several<CentralGravity>>({{"-bs_central_M0", "-1"}}, "-bs_central_M0");
 }
 
 TEST_CASE("options of what a sphere displaces") {

@@ -104,10 +104,11 @@ struct Case {
   void set_laws() {
     UniformGravity& gravity = std::get<UniformGravity>(laws);
     gravity.g[0] = -9.81;
-    CentralGravity& central = std::get<CentralGravity>(laws);
-    central.G = 1;
-    central.M0 = 30;
-    for (double& c : central.x0) c = -4;
+    std::vector<CentralGravity>& central = std::get<Several<CentralGravity>>(laws).all;
+    central.resize(2);
+    for (CentralGravity& mass : central) mass.G = 1, mass.M0 = 30;
+    for (double& c : central[0].x0) c = -4;
+    for (double& c : central[1].x0) c = 50;
     std::get<StokesDrag>(laws).D = 1.7;
     std::get<MassDrag>(laws).c = 0.9;
     std::get<ParticleDrag>(laws).given = true;

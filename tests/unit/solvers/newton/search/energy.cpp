@@ -18,6 +18,7 @@ class Well final : public SmallModel, public Incremental {
   double noise = 0, floor = 1e-15;  ///< rounding errors of a change of Phi, and of F_v
   int asked = 0;                    ///< how often Phi was
   bool potential = true;
+  double most = std::numeric_limits<double>::infinity();  ///< the largest lambda that forces allow
 
   Well(std::function<double(double)> f, std::function<double(double)> df)
       : SmallModel({0, 0}, 2), phi(std::move(f)), slope(std::move(df)), ranks_(size_of(PETSC_COMM_WORLD)) {}
@@ -53,6 +54,11 @@ class Well final : public SmallModel, public Incremental {
     ++asked;
     change->value = ranks_ * (phi(v_ + lambda * dv_) - phi(v_) - lambda * slope(v_) * dv_);
     change->noise = noise;
+    return 0;
+  }
+  bool limits_steps() const override { return most < std::numeric_limits<double>::infinity(); }
+  PetscErrorCode largest_lambda(double, double* lambda) override {
+    *lambda = most;
     return 0;
   }
   std::string lack;
@@ -121,6 +127,30 @@ Well parabola() {
 constexpr double NONE = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
+
+TEST_CASE("no step is longer than forces allow", "[energy_search]") {
+  for (const bool guarded : {false, true}) {
+    for (const double full_step : {0.0, 0.1}) {
+      Well well = parabola();
+      if (guarded) well.lack = "it";
+      well.most = 0.25;
+      Search search(well);
+      search.limits.full_step = full_step;
+      CHECK(search.from(1, -1) == 0.25);
+      CHECK(search.v() == 0.75);
+      well.most = 3;
+      CHECK(search.from(1, -1) == 1);
+      well.most = 0;
+      CHECK(std::isnan(search.from(1, -1)));
+    }
+  }
+  // a short step is lengthened to where they allow, by powers of two
+  Well far = parabola();
+  Search search(far);
+  CHECK(search.from(1, -0.01) > 16);
+  far.most = 10;
+  CHECK(search.from(1, -0.01) == 8);
+}
 
 TEST_CASE("a full step that lowers Phi is taken", "[energy_search]") {
   Well well = parabola();
