@@ -140,8 +140,9 @@ int replace_checkpoint(const std::string& made, const std::string& file, const s
   close(handle);
   (void)unlink(second.c_str());  // the name is free and was unpredictable
   if (link(file.c_str(), second.c_str()) == 0) {
-    if (rename(second.c_str(), before.c_str()) != 0) return errno;
+    const int why = rename(second.c_str(), before.c_str()) == 0 ? 0 : errno;
     (void)unlink(second.c_str());  // renaming one name of a file to another of its names leaves both
+    if (why) return why;
   } else if (errno != ENOENT && rename(file.c_str(), before.c_str()) != 0) {
     return errno;
   }

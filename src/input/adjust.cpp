@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cmath>
+#include <map>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
@@ -219,9 +220,15 @@ PetscErrorCode require_groups(MPI_Comm comm, const std::string& option, const st
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& l) {
+PetscErrorCode check_groups(MPI_Comm comm, const Lattice& l) {
+  std::map<std::string, std::string> names;  // by what options know: they have no capitals
   PetscFunctionBegin;
   for (const Group& group : l.groups) {
+    const auto [there, fresh] = names.emplace(lower(group.name), group.name);
+    if (!fresh)
+      PetscCall(fail(comm, Exit::input,
+                     "groups " + there->second + " and " + group.name + " of " + l.source +
+                         " are one to options, which know no capitals: give one of them another name"));
     std::int64_t count = std::count(group.member.begin(), group.member.end(), 1);
     PetscCall(sum_over_ranks(comm, &count));
     if (count == 0)

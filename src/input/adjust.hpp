@@ -81,8 +81,8 @@ PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* la
 /// Collective. Error (exit 2): the lattice has no group of one of these names, which `option` gives.
 PetscErrorCode require_groups(MPI_Comm comm, const std::string& option, const std::vector<std::string>& names, const Lattice& lattice);
 
-/// Collective. Error (exit 2): a group without particles.
-PetscErrorCode refuse_empty_groups(MPI_Comm comm, const Lattice& lattice);
+/// Collective. Errors (exit 2): a group without particles; two whose names differ by capitals alone, which options do not know.
+PetscErrorCode check_groups(MPI_Comm comm, const Lattice& lattice);
 
 /// Place of a group among the lattice's, and the text of its option.
 using GroupOptions = std::vector<std::pair<std::size_t, std::string>>;

@@ -168,7 +168,15 @@ static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lat
       dx[c] = ends[item * d + c] - ends[from * d + c];
       square += l.box.edges[c * d + c] * l.box.edges[c * d + c];
     }
-    if (nearest_image(l.box, inverse, l.dim, dx, shift) < 1e-9 * square && !fault)
+    const double further = nearest_image(l.box, inverse, l.dim, dx, shift);
+    double length = 0;
+    for (std::size_t c = 0; c < d; ++c) {
+      double x = dx[c];
+      for (std::size_t e = 0; e < d; ++e) x += shift[e] * l.box.edges[e * d + c];
+      length = std::hypot(length, x);
+    }
+    // as near as the square of the length can tell, which the rounding of places in a large box blurs
+    if (further < length * (1e-9 * length + 8 * PETSC_MACHINE_EPSILON * std::sqrt(square)) && !fault)
       fault.note(row, format("%s: %s %" PRId64 ": two images of particle %" PRId64 " are equally near to particle %" PRId64
                              ", so it is not known which one it joins; write %s",
                              l.source.c_str(), joined.title.c_str(), row, joined.ends[item], joined.ends[from], joined.dataset.c_str()));

@@ -72,7 +72,7 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout&
     ends.columns = 2;
     PetscCall(file.find(names.pairs(), ends, pairs));
   }
-  if (!names.trajectory && file.has("/anchors")) {
+  if (file.has(names.anchor("particle"))) {
     particle.integers = true;
     particle.row_name = "A";
     PetscCall(file.find(names.anchor("particle"), particle, anchors));

@@ -152,7 +152,7 @@ PetscErrorCode put_implied_options(const Lattice& lattice) {
 /// Numbers, laws, anchors and checks, whatever the source.
 PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* out) {
   PetscFunctionBegin;
-  PetscCall(refuse_empty_groups(comm, *out));
+  PetscCall(check_groups(comm, *out));
   PetscCall(require_groups(comm, "-bs_lattice_fixed_groups", options.generator.fixed_groups, *out));
   PetscCall(number_rows(comm, &out->springs));
   PetscCall(number_rows(comm, &out->anchors));

@@ -239,10 +239,18 @@ bool is_checkpoint(const std::string& file) {
   return opened >= 0 && fixed_text(opened, "/", "format") == "backspring checkpoint";
 }
 
+std::string OutputLocks::taken(const std::string& file) const {
+  for (const std::vector<Named>& some : {written(files_), read_files(files_)})
+    for (const Named& one : some)
+      if (!one.restart && same_file(file, one.path)) return file + " and " + one.text() + " are one file: give another name";
+  return {};
+}
+
 PetscErrorCode OutputLocks::acquire(MPI_Comm comm, const RunFiles& files) {
   Error fault;
   std::vector<std::string> warnings;
   PetscFunctionBegin;
+  files_ = files;
   if (is_given("-help")) PetscFunctionReturn(0);
   const PetscMPIInt rank = rank_of(comm);
   if (rank == 0) fault.text = objection(files, &lock_, &warnings);

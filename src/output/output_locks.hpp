@@ -55,8 +55,12 @@ class OutputLocks {
   /// by itself (.xdmf, .previous, .checkpoint, .lock); another run that writes one of them, or makes such a name; names too long for
   /// what is made of them.
   PetscErrorCode acquire(MPI_Comm comm, const RunFiles& files);
+  /// Local, to be called on one rank. Why another file of the run's may not be written under that name: what it writes or has read is there.
+  /// Checkpoints may be replaced. Empty: it may.
+  std::string taken(const std::string& file) const;
 
  private:
+  RunFiles files_;
   RunLock lock_;  ///< of rank 0
 };
 

@@ -30,6 +30,7 @@ struct Session::Impl {
   std::unique_ptr<Model> model;                   ///< that is stepped
   std::uint64_t made_of = 0;                      ///< the model's fingerprint when it was made
   NumberTable original, changed;                  ///< numbers that it was given since, as they were then and as they are
+  double end_of_settings = 0;                     ///< of the run [s]; NaN: they name none
   std::set<std::int64_t> removed;                 ///< springs
   std::int64_t saved = 0;                         ///< states so far
   std::unique_ptr<OutputLocks> locks;             ///< of the files that are written
@@ -56,6 +57,7 @@ struct Session::Impl {
   PetscErrorCode dynamics(int* exit_code);
   PetscErrorCode advance(std::int64_t count);
   PetscErrorCode step(std::int64_t count);
+  PetscErrorCode return_to_end();
   PetscErrorCode run_until(double t);
   PetscErrorCode finish();
   PetscErrorCode run_to_frame(bool* more);

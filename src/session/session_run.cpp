@@ -6,6 +6,7 @@
 #include "base/option_names.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
+#include "output/fresh_file.hpp"
 #include "session/session_impl.hpp"
 #include "session/tasks.hpp"
 #include "systems/create.hpp"
@@ -106,9 +107,11 @@ PetscErrorCode Session::Impl::begin() {
     if (frame_observer) frame_observer(time);
     if (stop_at_frame && run) (void)run->pause();
   };
-  hooks.pace.end += start;  // where the settings name no end there is none
+  hooks.pace.end += start;
+  hooks.open = !is_given("-ts_max_time");
   PetscCall(make_run("a session that steps in time", true, hooks, &fresh));
-  if (!is_given("-ts_max_time")) PetscCall(fresh->leave_open());
+  end_of_settings = hooks.open ? std::nan("") : fresh->end_time();
+  if (std::isnan(end_of_settings)) PetscCall(fresh->leave_open());
   if (resumed) {
     earlier_steps -= fresh->steps();
   } else if (given_state) {
@@ -172,6 +175,7 @@ PetscErrorCode Session::Impl::step(std::int64_t count) {
     if (run->at_end()) PetscCall(run->leave_open());
     PetscCall(advance(last - run->steps()));
   }
+  PetscCall(return_to_end());
   PetscFunctionReturn(0);
 }
 
@@ -182,7 +186,17 @@ PetscErrorCode Session::Impl::run_until(double t) {
   if (!(t > run->time())) PetscFunctionReturn(0);
   PetscCall(run->set_end(t));
   paused = false;
-  while (!run->at_end() && !paused) PetscCall(advance(-1));
+  PetscErrorCode code = 0;
+  while (!code && !run->at_end() && !run->rests() && !paused) code = advance(-1);
+  if (run) PetscCall(return_to_end());
+  PetscFunctionReturn(code);
+}
+
+/// The end that a call has given is none of those that follow: theirs is that of the settings.
+PetscErrorCode Session::Impl::return_to_end() {
+  PetscFunctionBegin;
+  if (std::isnan(end_of_settings)) PetscCall(run->leave_open());
+  else PetscCall(run->set_end(end_of_settings));
   PetscFunctionReturn(0);
 }
 
@@ -193,7 +207,7 @@ PetscErrorCode Session::Impl::run_to_frame(bool* more) {
   PetscCall(leave_failed_run());
   PetscCall(begin());
   PetscCall(run->out_of_steps(&spent));
-  *more = !spent && !run->at_end();
+  *more = !spent && !run->at_end() && !run->rests();
   if (!*more) PetscFunctionReturn(0);
   stop_at_frame = true;
   const PetscErrorCode code = advance(run->output_interval() > 0 ? -1 : 1);
@@ -254,6 +268,11 @@ PetscErrorCode Session::Impl::checkpoint(const std::string& file) {
   const std::string option = model->mechanics() ? model->mechanics()->given_motion() : "";
   if (!option.empty())
     PetscCall(fail(comm, Exit::input, "option " + option + ": a checkpoint does not say where given motions lead: save the state in memory"));
+  std::string fault;
+  if (rank_of(comm) == 0) fault = locks->taken(file);
+  if (rank_of(comm) == 0 && fault.empty()) fault = unwritable(file, "a checkpoint", true);
+  PetscCall(share_text(comm, &fault));
+  if (!fault.empty()) PetscCall(fail(comm, Exit::io, fault));
   PetscCall(run->save(file));
   PetscFunctionReturn(0);
 }

@@ -69,7 +69,8 @@ PetscErrorCode Run::end_at_rest(double time, Vec y) {
   PetscCall(sum_over_ranks(model_.comm(), sums, 2));
   most_force_ = std::max(most_force_, std::sqrt(sums[0]));
   most_speed_ = std::max(most_speed_, std::sqrt(sums[1]));
-  rests_ = std::sqrt(sums[0]) <= options_.rest * most_force_ && std::sqrt(sums[1]) <= options_.rest * most_speed_;
+  const bool moved = most_force_ > 0 || most_speed_ > 0;  // else it waits for a load
+  rests_ = moved && std::sqrt(sums[0]) <= options_.rest * most_force_ && std::sqrt(sums[1]) <= options_.rest * most_speed_;
   if (rests_) PetscCall(pause());
   PetscFunctionReturn(0);
 }

@@ -30,12 +30,13 @@ struct RunHooks {
   Stepper::AfterBreak after_break;                                                      ///< when parts of the system broke
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
-  bool only_run = true;                                                                 ///< whether options that it does not use are reported
-  const char* clock = "load factor";                                                    ///< what its time is, if it has load steps
-  std::function<void(const std::string& outcome, const std::string& why)> concluded;    ///< at the end of what was computed
-  std::function<void(const StepRecord&)> on_step;                                       ///< after every good step
-  std::function<void(double time)> on_frame;                                            ///< at every frame, written or not
-  std::function<PetscErrorCode(Warnings*)> final_warnings;                              ///< at the end, whatever the outcome: what to warn of
+  bool open = false;                  ///< no end is given: what is given of motions must reach a step further
+  bool only_run = true;               ///< whether options that it does not use are reported
+  const char* clock = "load factor";  ///< what its time is, if it has load steps
+  std::function<void(const std::string& outcome, const std::string& why)> concluded;  ///< at the end of what was computed
+  std::function<void(const StepRecord&)> on_step;                                     ///< after every good step
+  std::function<void(double time)> on_frame;                                          ///< at every frame, written or not
+  std::function<PetscErrorCode(Warnings*)> final_warnings;                            ///< at the end, whatever the outcome: what to warn of
 };
 
 /// The components of a run, connected by the stepper's callbacks.
@@ -73,6 +74,9 @@ class Run {
   /// Collective. Whether -ts_max_steps allows no step more; if so, and the end is not come to, warns of it, once.
   PetscErrorCode out_of_steps(bool* yes);
   bool at_end() const { return stepper_->good_time() >= stepper_->end(); }
+  double end_time() const { return stepper_->end(); }
+  /// Whether all is at rest, where -bs_stop_at_rest asks for the end there.
+  bool rests() const { return rests_; }
   double time() const { return stepper_->good_time(); }
   std::int64_t steps() const { return stepper_->counts().steps; }
   /// Simulated time between frames [s]; 0: a frame at every step.

@@ -42,7 +42,7 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   if (!stepper_->trouble().empty() || !context_.implicit) {
     *text = format("the step after t = %g s gave no finite state", t);
     if (!fault.empty()) *text += ": " + fault;
-    else *text += format(": try -ts_dt below %g, or an implicit -ts_type such as beuler", h);
+    else *text += format(": try -ts_dt below %g", h) + (context_.implicit ? "" : ", or an implicit -ts_type such as beuler");
     PetscFunctionReturn(0);
   }
   SNES snes;

@@ -132,6 +132,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(TSGetTime(ts_, &start_));
   PetscCall(TSGetMaxTime(ts_, &end_));
   PetscCall(choose_interval());
+  options_.step.open = hooks_.open;
   stepper_ = std::make_unique<Stepper>(
       model_, context_, options_.step, [this](const StepRecord& r) { return on_step(r); },
       [this](PetscInt step, double time, Vec y) { return on_frame(step, time, y); }, [this]() { return on_flush(); }, [this]() { return on_save(); });
@@ -140,7 +141,7 @@ PetscErrorCode Run::set_up() {
       return after_break(time, y, frame, found, failure);
     });
   PetscCall(stepper_->attach(ts_));
-  PetscCall(model_.covers(start_, end_));
+  if (!hooks_.open) PetscCall(model_.covers(start_, end_));
   if (!context_.implicit) watch_.set_explicit();
   if (model_.linear()) watch_.check_every_step();
   PetscCall(refuse_foreign_options(model_.comm()));
@@ -151,6 +152,12 @@ PetscErrorCode Run::set_up() {
   if (is_given("-help")) PetscFunctionReturn(0);
   solver_ = solver;
   PetscCall(print_header(solver));
+  bool adaptive = false;
+  PetscCall(is_adaptive(ts_, &adaptive));
+  if (adaptive && model_.mechanics() && model_.mechanics()->relaxes())
+    PetscCall(warn(model_.comm(),
+                   "springs of the law maxwell: the error that steps are adapted to is that of places and velocities, not of their dashpots, "
+                   "which steps carry on with order 1: keep steps short beside the relaxation times by -ts_adapt_dt_max"));
   if (options_.advise) PetscCall(step_watch_.begin(ts_, context_, advice_));
   PetscCall(prepare_solvers());
   PetscCall(warn_of_interval());

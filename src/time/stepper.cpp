@@ -89,6 +89,7 @@ PetscErrorCode Stepper::begin_step(TS ts) {
   }
   PetscCall(plan_length(ts));
   PetscCall(TSGetTime(ts, &time));
+  if (options_.open) PetscCall(model_.covers(time, time + length_.planned()));
   rejections_.begin_step(time, length_.planned());
   PetscCall(TSGetSolution(ts, &y));
   PetscCall(begin_attempt(ts, length_.planned(), y));

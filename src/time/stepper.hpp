@@ -18,6 +18,7 @@ struct StepOptions {
   StepRules length;
   double output_interval = 0;   ///< -bs_output_interval [s]; 0: no output times but the end
   bool every_step = false;      ///< a frame after every step
+  bool open = false;            ///< no end is given: before each step, what is given of motions must reach its end
   std::int64_t max_cuts = 10;   ///< -bs_step_max_cuts: rejections allowed per step
   std::int64_t save_every = 0;  ///< -bs_checkpoint_every: steps between checkpoints; 0: none by steps
   double save_minutes = 0;      ///< -bs_checkpoint_minutes: wall-clock time between them; 0: none by the clock

@@ -26,7 +26,7 @@ PetscErrorCode Stepper::accept_step(TS ts) {
   PetscCall(on_step_(record));
   PetscCall(write_frame_if_due(ts, record, landed));
   if (now_.flush_due) PetscCall(on_flush_());
-  if (landed) clock_.pass();
+  if (landed) clock_.pass(record.time);
   PetscCall(decide_what_follows(ts, record.time, finished));
   PetscCall(save_if_due(record.step, finished));
   PetscFunctionReturn(0);

@@ -44,7 +44,7 @@ def laws(d):
     yield "driven anchors", {"anchors": anchors}, {"bs_anchor_motion": "sinusoid", "bs_anchor_amplitude": some,
                                                   "bs_anchor_frequency": 3.0}
     yield "central gravity", {}, {"bs_central_G": 1.0, "bs_central_M0": 50.0, "bs_central_point": (-4.0,) * d}
-    yield "two central masses", {}, {"bs_central_G": 1.0, "bs_central_M0": 50.0, "bs_central_point": (-4.0,) * d, "bs_central_M0_b": 30.0, "bs_central_point_b": (9.0,) * d}
+    yield "two central masses", {}, {"bs_central_G": 1.0, "bs_central_M0": 50.0, "bs_central_point": (-4.0,) * d, "bs_central_M0_b": 300.0, "bs_central_point_b": (40.0,) * d}
     yield "Stokes drag", {}, {"bs_stokes_drag": 3.0}
     yield "drag of each particle", {"particle_columns": {"drag": np.linspace(0, 6, 7)}}, {"bs_stokes_drag": 0.5}
     yield "drag per mass", {}, {"bs_viscosity": 2.0}

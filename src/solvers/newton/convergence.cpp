@@ -145,7 +145,7 @@ PetscErrorCode NewtonPolicy::begin_solve(const ResidualNorms& now) {
   PetscCall(settings_.step(&step));
   solve_.inverse_h = 1 / step.h;
   lengths_.begin(step.h);
-  if (loads_grow() || solve_.inverse_h != floor_inverse_h_) PetscCall(estimate_floor(solve_.inverse_h));
+  if (solve_.inverse_h != floor_inverse_h_) PetscCall(estimate_floor(solve_.inverse_h));
   for (int k = 0; k < 2; ++k) solve_.first[k] = std::max(now[k], reference_[k]);
   reference_ = {0, 0};
   solve_.least = now;

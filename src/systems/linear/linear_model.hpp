@@ -51,6 +51,7 @@ class LinearModel final : public Model {
   PetscErrorCode read(MPI_Comm comm);
   PetscErrorCode inspect_C();
   PetscErrorCode create_start_solver(Mat A, const std::string& fault, KSP* ksp);
+  PetscErrorCode warn_of_jump();
   PetscErrorCode operating_point();
   PetscErrorCode start_from_conditions();
   PetscErrorCode check_start(Vec z);

@@ -19,10 +19,25 @@ PetscErrorCode LinearModel::create_start_solver(Mat A, const std::string& fault,
   PetscFunctionReturn(0);
 }
 
+/// A start after a jump is not SPICE's.
+PetscErrorCode LinearModel::warn_of_jump() {
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < sources_.count(); ++k) {
+    const double before = sources_.before(k, start_), after = sources_.at(k, start_);
+    if (before == after) continue;
+    PetscCall(warn(comm_, format("source %zu jumps from %g to %g at the start, which is taken after the jump; SPICE takes it before: let the pulse begin "
+                                 "later (TD) or rise in some time (TR)",
+                                 k + 1, before, after)));
+    break;
+  }
+  PetscFunctionReturn(0);
+}
+
 // G x = B u(start)
 PetscErrorCode LinearModel::operating_point() {
   KSPHandle ksp;
   PetscFunctionBegin;
+  PetscCall(warn_of_jump());
   PetscCall(create_start_solver(
       system_.G, "option -bs_linear_dc: G is singular, there is no operating point: give -bs_linear_x0 or -bs_linear_dc false instead", ksp.out()));
   PetscCall(VecZeroEntries(work_));
@@ -40,6 +55,7 @@ PetscErrorCode LinearModel::start_from_conditions() {
   ScatterHandle scatter;
   PetscInt first, last;
   PetscFunctionBegin;
+  PetscCall(warn_of_jump());
   PetscCall(create_start_solver(
       start.G,
       system_.origin + ": IC, .ic and UIC leave the circuit undetermined at the start: give -bs_linear_x0, or -bs_linear_dc for the operating point",

@@ -147,6 +147,7 @@ std::string read_spice(const std::string& name, const std::string& inside, std::
     *p = {a[1], a[2], or_else(5, 0) * DEGREE, a[0], or_else(3, 0), or_else(4, 0)};
   } else if (*kind == "pulse") {
     if (a.size() > 6 && a[6] == 0) return "PER is 0: give a longer period, or leave it out";
+    if (a.size() > 5 && a[5] == 0) return "PW is 0, for which SPICE takes the length of its run: give the width [s]";
     *p = {a[1] - a[0], or_else(2, 0), or_else(3, 0), or_else(5, NEVER), or_else(4, 0), a[0], or_else(6, NEVER)};
   } else {
     *p = {a[0], a[1], a[2], a[3], a[4], a[5]};

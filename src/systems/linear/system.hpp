@@ -90,6 +90,7 @@ class Sources {
   std::size_t count() const { return waves_.empty() ? columns_ : waves_.size(); }
   /// u_k(t). A table holds its first and last value outside its times (covers() refuses such runs).
   double at(std::size_t column, double t) const;
+  double before(std::size_t column, double t) const { return waves_.empty() ? at(column, t) : waves_[column].before(t); }
   bool constant() const;
   /// Empty if the table reaches from `start` to `end`, or one line of error.
   std::string covers(double start, double end) const;

@@ -72,6 +72,11 @@ double Waveform::at(double t) const {
   return 0;
 }
 
+double Waveform::before(double t) const {
+  const bool jumps = kind_ == Kind::pulse && (p_[2] == 0 || p_[4] == 0) && text_.find(',') == std::string::npos;
+  return at(jumps ? t - std::max(4e-10 * std::abs(t), std::numeric_limits<double>::min()) : t);  // beyond what snap() takes for t
+}
+
 bool Waveform::constant() const { return kind_ == Kind::constant || (kind_ == Kind::step && (p_[1] <= 0 || p_[0] == 0)); }
 
 std::string Waveform::remark() const {

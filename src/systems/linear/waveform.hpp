@@ -11,6 +11,8 @@ class Waveform {
  public:
   enum class Kind { constant, step, pulse, sine, exponential, piecewise };
   double at(double t) const;
+  /// Of a pulse in SPICE's form that jumps at t what it was before; otherwise at(t).
+  double before(double t) const;
   /// Whether it has one value for all t >= 0.
   bool constant() const;
   /// A sentence where it is constant though its name says otherwise (an amplitude of 0); empty if there is nothing to report.

@@ -31,7 +31,7 @@ class CallbackForces final : public Term {
   void beyond_slope(double t, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* sum) const override;
   void outer_sizes(double t, const LocalState& state, double* size) const override;
   bool complete() const override { return static_cast<bool>(callback_.tangent); }
-  bool symmetric() const override { return !callback_.tangent; }
+  bool symmetric() const override { return !callback_.tangent || callback_.energy; }
   bool depends_on_place() const override { return true; }
   bool limits_steps() const override { return static_cast<bool>(callback_.limit); }
   double largest_lambda(double t, const LocalState& state, const LocalState& line) const override;

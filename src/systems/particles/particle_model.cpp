@@ -181,8 +181,8 @@ PetscErrorCode ParticleModel::commit_start() {
   if (!terms_->remembers()) PetscFunctionReturn(0);
   const bool continued = is_given("-bs_restart") || held_by<Client>(net_.comm).gives_histories;
   PetscCall(terms_->dissipated(&before));
-  PetscCall(state_.gather(0.0, y0_));
   PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  PetscCall(state_.gather(start, y0_));
   PetscCall(commit({start, 0}));
   PetscCall(terms_->dissipated(&after));
   if (after > before && !continued)

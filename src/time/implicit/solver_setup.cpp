@@ -207,7 +207,14 @@ PetscErrorCode set_direct_or_gmres(TS ts, PetscInt unknowns) {
   KSP ksp;
   PC pc;
   PetscCall(linear_solver_of(ts, &ksp, &pc));
-  PetscCall(KSPSetType(ksp, KSPPREONLY));
+  Mat operator_ = nullptr, matrix = nullptr;
+  PetscCall(TSGetIJacobian(ts, &operator_, &matrix, nullptr, nullptr));
+  if (operator_ == matrix) {
+    PetscCall(KSPSetType(ksp, KSPPREONLY));
+  } else {  // the matrix lacks what couples all particles: its factors are a preconditioner
+    PetscCall(KSPSetType(ksp, KSPGMRES));
+    PetscCall(KSPSetTolerances(ksp, 1e-10, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  }
   PetscCall(PCSetType(pc, PCLU));
   const PetscMPIInt size = size_of(PetscObjectComm(reinterpret_cast<PetscObject>(ts)));
   if (size > 1 || unknowns > 2000) PetscCall(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));

@@ -97,6 +97,10 @@ double OutputClock::next(double time) const {
   return std::max(next, time);
 }
 
+void OutputClock::pass(double time) {
+  if (interval_ <= 0 || start_ + static_cast<double>(frame_) * interval_ - time <= SAME_STEP * interval_) ++frame_;
+}
+
 void OutputClock::restore(const Facts& facts, double time) {
   start_ = facts.real.at("start");
   if (interval_ > 0) frame_ = static_cast<std::int64_t>(std::floor((time - start_) / interval_ * (1 + 1e-14) + 1e-9)) + 1;

@@ -108,8 +108,8 @@ class OutputClock {
   double interval() const { return interval_; }
   /// The output time that is due next; `time` itself where it is past that.
   double next(double time) const;
-  /// The output time that was due next is reached.
-  void pass() { ++frame_; }
+  /// A step has landed at `time`: on the output time that was due next, or on an end before it.
+  void pass(double time);
   bool is_end(double target) const { return target >= end_; }
   void save(Facts* facts) const { facts->real["start"] = start_; }
   /// Of a run that goes on at `time`: the first output time after it is due next.

@@ -181,7 +181,9 @@ PetscErrorCode Cell::add_flow(Vec y) const {
   double L[9];
   PetscFunctionBegin;
   if (!moving()) PetscFunctionReturn(0);
-  velocity_gradient(0, L);
+  PetscReal start = 0;
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  velocity_gradient(start, L);
   const WriteArray ay(y);
   for (PetscInt i = 0; i < net_->n; ++i)
     for (PetscInt r = 0; r < d && !net_->fixed[i]; ++r)

@@ -10,10 +10,10 @@ TEST_CASE("output times are start + k interval, and the end") {
   OutputClock clock(2.0, 3.0, 0.3);
   REQUIRE(clock.next(2.0) == 2.0 + 0.3);
   REQUIRE(clock.next(2.29) == 2.0 + 0.3);
-  clock.pass();
+  clock.pass(2.0 + 0.3);
   REQUIRE(clock.next(2.3) == 2.0 + 2 * 0.3);
-  clock.pass();
-  clock.pass();
+  clock.pass(2.0 + 2 * 0.3);
+  clock.pass(2.0 + 3 * 0.3);
   REQUIRE(clock.next(2.9) == 3.0);  // 3.2 is past it
   REQUIRE(clock.is_end(3.0));
   REQUIRE_FALSE(clock.is_end(2.9));
@@ -34,10 +34,25 @@ TEST_CASE("an output time that misses the end by rounding is the end") {
   // 10 * 0.1 added up from 0 is below 1, 3 * 0.1 above 0.3: either way the end itself is the last output time
   for (const auto& [end, count] : {std::pair<double, int>{1.0, 10}, {0.3, 3}, {0.7, 7}}) {
     OutputClock clock(0.0, end, 0.1);
-    for (int k = 1; k < count; ++k) clock.pass();
+    for (int k = 1; k < count; ++k) clock.pass(clock.next(0.0));
     REQUIRE(clock.next(0.0) == end);
     REQUIRE(clock.is_end(clock.next(0.0)));
   }
+}
+
+TEST_CASE("an end that moves on takes no output time with it") {
+  OutputClock clock(0.0, 0.55, 0.2);
+  for (const double time : {0.2, 0.4}) {
+    REQUIRE(clock.next(time - 0.1) == Approx(time).epsilon(1e-15));
+    clock.pass(clock.next(time - 0.1));
+  }
+  for (const double end : {0.55, 0.58}) {
+    clock.set_end(end);
+    REQUIRE(clock.next(0.5) == end);
+    clock.pass(end);
+  }
+  clock.set_end(2.0);
+  REQUIRE(clock.next(0.58) == 3 * 0.2);
 }
 
 TEST_CASE("a continued clock goes on with the first output time after now") {

@@ -30,7 +30,7 @@ std::vector<double> lengths_to(double end, double interval, StepLength length, P
     length.follow(time - before, landed, false, propose(length.planned()));
     next = length.next();
     done = landed && clock.is_end(time);
-    if (landed) clock.pass();
+    if (landed) clock.pass(time);
   }
   REQUIRE(time == end);
   return taken;
