@@ -59,7 +59,7 @@ Watch = Callable[[float, "Equilibrium"], Any]
 
 
 class _Watched:
-    """What is told of the load steps of an analysis: a bar of progress and the caller's functions of (s, equilibrium)."""
+    """What is told of the load steps of an analysis: a bar of progress and the caller's functions of (load factor, equilibrium)."""
 
     def __init__(self, net: Lattice, settings: Settings, forces: Optional[GivenForces], comm: Comm, progress: bool, observe: Optional[Watch], stop: Optional[Watch]) -> None:
         for name, one in (("observe", observe), ("stop", stop)):
@@ -76,20 +76,23 @@ class _Watched:
             session.observe(lambda step, s, *more: self._after_step(session, step, s, *more))
 
     def _after_step(self, session: Session, step: int, s: float, h: float, newton: int, krylov: int, rejected: int) -> bool:
-        """Whether this equilibrium is the last, the same on all ranks. An exception on one rank ends the call on all."""
+        """Whether this equilibrium is the last, the same on all ranks. An exception on one rank ends the call on all. s: the load factor, or by arc length how
+        far the path has come."""
         self.bar.at(s, step)
         self._steps, self._newton, self._krylov, self._rejected = step, self._newton + newton, self._krylov + krylov, self._rejected + rejected
         if not (self._observe or self._stop):
             return False
-        counts = {"load_factor": s, "newton": self._newton, "krylov": self._krylov, "steps": self._steps, "rejected": self._rejected}
+        counts = {"newton": self._newton, "krylov": self._krylov, "steps": self._steps, "rejected": self._rejected}
         said = False
         error, frame = session.frame()
         try:
             errors.check(error)
-            state = Equilibrium(*self._of, {**frame, **counts})  # type: ignore[typeddict-item]
+            observables = {"stability": 0.0, "negative_pivots": -1.0, **frame["observables"]}  # on the way nothing is said of stability
+            factor = float(observables.get("load_factor", s))
+            state = Equilibrium(*self._of, {**frame, "observables": observables, "load_factor": factor, **counts})
             if self._observe:
-                self._observe(s, state)
-            said = self._stop is not None and bool(self._stop(s, state))
+                self._observe(factor, state)
+            said = self._stop is not None and bool(self._stop(factor, state))
         except BaseException as one:
             self._raised = one
         wrong = agreed(self._comm, self._raised is not None)
@@ -151,7 +154,7 @@ def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, 
 
     loads: {group: (d,)} force on every particle of the group [N]; total: shared by its particles instead, for all groups or those named.
     forces: f(s, x, v) -> (N, d) [N] beside those of the options, s the load factor, not in the tangent (soft forces); on several ranks f(s, x, v, rows) for
-    the rows of each rank. observe(s, equilibrium) is called after every load step; stop(s, equilibrium) likewise, and where it returns True on
+    the rows of each rank. observe(s, equilibrium) is called after every load step, s its load factor; stop(s, equilibrium) likewise, and where it returns True on
     some rank that equilibrium is the last, and what is returned. progress: a bar of tqdm along the load steps.
     comm: communicator of mpi4py, by default the world. Options of the program by their names: snes_rtol=1e-12, bs_gravity=(0, -9.81),
     bs_motion_top="y=velocity:0.1".
