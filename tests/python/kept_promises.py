@@ -34,3 +34,17 @@ def load_factors():
     assert down.load_factor < 0 and abs(down.load_factor - bears(down.x[1, 1])) < 1e-8, down
     with raised(bs.InputError, "load factor"):
         bs.Simulation(max(seen[:-1], key=lambda one: one[1].x[1, 1])[1], dt=0.1)
+
+
+def steps_of_loads():
+    """What follows from an equilibrium takes as many load steps, which decide what flows in a net of plastic springs; others take their place."""
+    data = cell()
+    many = len(data["pairs"])
+    data.update(law="plastic", spring_columns={"yield_force": np.full(many, 0.1), "hardening": np.full(many, 0.2)}, rest_length=None)
+    eq = bs.statics(bs.Lattice(**data), bs_box_strain="xy=expression:0.3*sin(3.141592653589793*t)", load_steps=20)
+    again, within = bs.statics(eq), bs.moduli(eq).equilibrium
+    with bs.Statics(eq) as solver:
+        first = solver.solve()
+    for one in (again, within, first):
+        assert one.steps == eq.steps == 20 and np.array_equal(one.observables["stress"], eq.observables["stress"]), one
+    assert bs.statics(eq, load_steps=5).steps == bs.statics(eq, bs_load_steps=5).steps == 5 and bs.statics(bs.Lattice(**data)).steps == 1

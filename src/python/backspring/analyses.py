@@ -137,20 +137,22 @@ def _equilibrium(net: Lattice, settings: Settings, comm: Comm, forces: Optional[
     return state, found
 
 
-def _asked(net: Union[Lattice, Equilibrium], loads: Optional[Loads], total: Shared, load_steps: int, forces: Optional[GivenForces], comm: Comm,
+def _asked(net: Union[Lattice, Equilibrium], loads: Optional[Loads], total: Shared, load_steps: Optional[int], forces: Optional[GivenForces], comm: Comm,
            options: Dict[str, Option]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:
     """Collective. The lattice, the settings and the forces of an analysis under loads."""
     def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
         lattice, earlier, own = lattice_of(net, forces)
-        later = loads_of(loads, total, lattice.dim) + settings_of({"bs_load_steps": whole("load_steps", load_steps)}) + settings_of(options)
+        steps = None if load_steps is None else whole("load_steps", load_steps)
+        later = loads_of(loads, total, lattice.dim) + settings_of({"bs_load_steps": steps}) + settings_of(options)
         return lattice, joined(earlier, later), own
 
     return on_all(comm, checked)
 
 
-def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False, forces: Optional[GivenForces] = None,
+def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: Optional[int] = None, total: Shared = False, forces: Optional[GivenForces] = None,
             observe: Optional[Watch] = None, stop: Optional[Watch] = None, progress: bool = False, comm: Comm = None, **options: Option) -> Equilibrium:
-    """The equilibrium of a lattice under loads that grow in `load_steps` steps, from the lattice as it is.
+    """The equilibrium of a lattice under loads that grow in `load_steps` steps (by default 1, of an equilibrium those by which it was found), from the lattice
+    as it is.
 
     loads: {group: (d,)} force on every particle of the group [N]; total: shared by its particles instead, for all groups or those named.
     forces: f(s, x, v) -> (N, d) [N] beside those of the options, s the load factor, not in the tangent (soft forces); on several ranks f(s, x, v, rows) for
@@ -166,7 +168,7 @@ def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, 
     return state
 
 
-def moduli(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False, forces: Optional[GivenForces] = None,
+def moduli(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: Optional[int] = None, total: Shared = False, forces: Optional[GivenForces] = None,
            progress: bool = False, comm: Comm = None, **options: Option) -> Moduli:
     """The stiffness of a periodic lattice at its equilibrium [N/m^(d-1)]; arguments as of statics."""
     lattice, settings, forces = _asked(net, loads, total, load_steps, forces, comm, options)

@@ -80,7 +80,7 @@ class Statics(InProcess):
 
     lattice: Lattice
 
-    def __init__(self, net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: int = 1, total: Shared = False,
+    def __init__(self, net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: Optional[int] = None, total: Shared = False,
                  forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> None:
         self._number: Optional[int] = None
         self.lattice, self._settings, self._forces = _asked(net, loads, total, load_steps, forces, comm, options)
