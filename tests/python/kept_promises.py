@@ -48,3 +48,30 @@ def steps_of_loads():
     for one in (again, within, first):
         assert one.steps == eq.steps == 20 and np.array_equal(one.observables["stress"], eq.observables["stress"]), one
     assert bs.statics(eq, load_steps=5).steps == bs.statics(eq, bs_load_steps=5).steps == 5 and bs.statics(bs.Lattice(**data)).steps == 1
+
+
+def where_motions_begin():
+    """A motion of a group that leads an equilibrium and is not 0 at t = 0 would be added once more: it is refused, unless the group's motion is given anew;
+    others go on."""
+    net = bs.Lattice(**{**sheet(), "damping": 0.0})
+    free = ~net.fixed & ~net.groups["bottom"]
+    with tempfile.TemporaryDirectory() as folder:
+        table = folder + "/way.csv"
+        with open(table, "w") as file:
+            file.write("0,0.02,-0.05\n1,0.05,-0.1\n2,0.05,-0.1\n")
+        for motion in ("x=fixed,y=expression:-0.1", "x=fixed,y=sinusoid:0.1,0.3,1.0", "table:" + table):
+            eq = bs.statics(net, bs_motion_bottom=motion, snes_rtol=1e-13)
+            with raised(bs.InputError, "bs_motion_bottom", "once more", "replace"):
+                bs.Simulation(eq, dt=1e-3)
+            with bs.Simulation(eq, dt=1e-3, ts_type="cn", bs_motion_bottom="fixed") as simulation:
+                assert np.array_equal(simulation.x, eq.x) and abs(simulation.forces[free]).max() < 1e-9
+            with bs.Simulation(eq, dt=1e-3, bs_motion_bottom="x=fixed,y=expression:-0.02") as simulation:  # the caller's own step
+                assert abs((simulation.x - eq.x)[net.groups["bottom"]] - (0, -0.02)).max() < 1e-12
+    alone = net.replace(groups={})
+    eq = bs.statics(alone, bs_group_low="ymin", bs_motion_low="x=fixed,y=expression:-0.1")
+    with raised(bs.InputError, "bs_motion_low"):
+        bs.Simulation(eq, dt=1e-3)
+    for motion in ("rotation:0.1,0,0", "velocity:0.05,-0.1", "x=fixed,y=sinusoid:0.1,0.25,0"):
+        eq = bs.statics(net, bs_motion_bottom=motion, snes_rtol=1e-13)
+        with bs.Simulation(eq, dt=1e-3) as simulation:
+            assert np.array_equal(simulation.x, eq.x) and abs(simulation.forces[free]).max() < 1e-9

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Callable, Dict, Optional, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple, Union
 
 from . import errors
 from ._library import agreed, end_session, new_session, on_all
 from .errors import InputError
 from .forces import held_at
-from .kinds import Comm, GivenForces, Loads, Option, Settings, Shared
+from .kinds import Comm, GivenForces, Loads, Mask, Option, Settings, Shared
 from .lattice import Lattice
 from .options import joined, loads_of, settings_of, whole
 from .progress import Progress
@@ -35,6 +35,22 @@ def refuse_led(settings: Settings) -> None:
         if varies or (name.startswith("-bs_force_") and any(form in str(text) for form in ("expression:", "table:"))):
             raise InputError(f"{name[1:]}: it has the equilibrium where it is at t = 1, and a motion begins at t = 0: give the motion another one, or a lattice "
                              "of its own, eq.lattice.replace(x=eq.x)")
+
+
+def moved_by(settings: Settings, given: Settings, lattice: Lattice, gone: Mask) -> List[str]:
+    """The motions of `settings` that have taken particles, a mask (N,) of those that are not where the equilibrium has them, without those that the caller of
+    a motion has given anew."""
+    from ._core import kept_name
+
+    anew = {kept_name(name).lower() for name, _ in given}
+    groups = {name: lattice.groups.get(name[len("-bs_motion_"):]) for name, _ in settings if name.startswith("-bs_motion_")}
+    rest = gone.copy()
+    for name, members in groups.items():
+        if members is not None and kept_name(name).lower() in anew:
+            rest &= ~members
+    kept = {name: members for name, members in groups.items() if kept_name(name).lower() not in anew}
+    found = [name for name, members in kept.items() if members is not None and (rest & members).any()]
+    return found or [name for name, members in kept.items() if members is None and rest.any()]
 
 
 def start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import errors
 from ._library import end_session, new_session, on_all, require_same, world
-from .analyses import refuse_led, start_of
+from .analyses import moved_by, refuse_led, start_of
 from .arguments import array_of, one_of
 from .breaks import Events
 from .changes import change, numbered
@@ -46,7 +46,7 @@ class Simulation(Watched):
         self._number: Optional[int] = None
         super().__init__(world(comm), observe, stop)
 
-        def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
+        def checked() -> Tuple[Lattice, Settings, Settings, Optional[GivenForces]]:
             for name, one in (("observe", observe), ("stop", stop)):
                 if one is not None and not callable(one):
                     raise InputError(f"{name}: {one!r} is no function of t and a frame")
@@ -55,13 +55,26 @@ class Simulation(Watched):
             both = joined(earlier, given)
             if isinstance(net, Equilibrium):
                 refuse_led([one for one in both if one not in given])
-            return lattice, both, own
+            return lattice, both, given, own
 
-        self.lattice, settings, forces = on_all(comm, checked)
+        self.lattice, settings, given, forces = on_all(comm, checked)
         self._sets = 0
         self._session, self._number = new_session(comm, self.lattice, settings, forces)
         self._done(self._session.inherit(net._state) if isinstance(net, Equilibrium) else self._session.prepare())
+        if isinstance(net, Equilibrium) and not any(name == "-bs_restart" for name, _ in settings):
+            self._refuse_moved(settings, given)
         self._attach()
+
+    def _refuse_moved(self, settings: Settings, given: Settings) -> None:
+        """What moves with time is where the equilibrium has it when a motion begins: what led it there and is not 0 then would be added once more."""
+        if not any(name.startswith("-bs_motion_") for name, _ in settings):
+            return
+        away = np.abs(self.get("position") - self.lattice.x).max(axis=1)
+        names = moved_by(settings, given, self.lattice, away > 1e-9 * (np.abs(self.lattice.x).max() or 1.0))
+        if names:
+            self._end()
+            raise InputError(f"{names[0][1:]}: it has led the equilibrium where it is, and is not 0 when the motion begins, so that it would be added once more: give "
+                             f"the motion another one ({names[0][1:]}=\"fixed\" holds the group where it is), or a lattice of its own, eq.lattice.replace(x=eq.x)")
 
     @classmethod
     def restart(cls, path: Path, net: Union[Lattice, Equilibrium], **arguments: Any) -> Simulation:
