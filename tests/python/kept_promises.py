@@ -75,3 +75,17 @@ def where_motions_begin():
         eq = bs.statics(net, bs_motion_bottom=motion, snes_rtol=1e-13)
         with bs.Simulation(eq, dt=1e-3) as simulation:
             assert np.array_equal(simulation.x, eq.x) and abs(simulation.forces[free]).max() < 1e-9
+
+
+def first_moments():
+    """What goes on from a checkpoint is at its time and step before anything is read."""
+    net = bs.Lattice([0.0, 1.0], [[0, 1]], stiffness=3.0, fixed=[0], velocity=[[0.0], [1.0]])
+    with tempfile.TemporaryDirectory() as folder:
+        with bs.Simulation(net, dt=0.1, ts_type="cn") as simulation:
+            simulation.step(4)
+            simulation.checkpoint(folder + "/c")
+            there = simulation.x
+        frames = list(bs.run(net, until=1.0, every=0.25, bs_restart=folder + "/c"))
+        assert np.allclose([frame.t for frame in frames], [0.4, 0.5, 0.75, 1.0]) and np.array_equal(frames[0].x, there), [frame.t for frame in frames]
+        with bs.Simulation(net, bs_restart=folder + "/c") as again:
+            assert abs(again.t - 0.4) < 1e-12 and again.steps == 4 and "t = 0.4 s after 4 steps" in repr(again)

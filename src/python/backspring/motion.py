@@ -61,7 +61,9 @@ class Simulation(Watched):
         self._sets = 0
         self._session, self._number = new_session(comm, self.lattice, settings, forces)
         self._done(self._session.inherit(net._state) if isinstance(net, Equilibrium) else self._session.prepare())
-        if isinstance(net, Equilibrium) and not any(name == "-bs_restart" for name, _ in settings):
+        if any(name == "-bs_restart" for name, _ in settings):
+            self.get("position", whole=False)  # reads the state, and with it the time
+        elif isinstance(net, Equilibrium):
             self._refuse_moved(settings, given)
         self._attach()
 
@@ -80,9 +82,7 @@ class Simulation(Watched):
     def restart(cls, path: Path, net: Union[Lattice, Equilibrium], **arguments: Any) -> Simulation:
         """The simulation of the lattice `net` that goes on where checkpoint() was called, or bs_checkpoint wrote. The options of then hold again, those that
         are given here (arguments of Simulation) take their place."""
-        simulation = cls(net, bs_restart=path, **arguments)
-        simulation.get("position", whole=False)  # reads the state
-        return simulation
+        return cls(net, bs_restart=path, **arguments)
 
     def _frame(self) -> Frame:
         return Frame(self)
