@@ -89,3 +89,34 @@ def first_moments():
         assert np.allclose([frame.t for frame in frames], [0.4, 0.5, 0.75, 1.0]) and np.array_equal(frames[0].x, there), [frame.t for frame in frames]
         with bs.Simulation(net, bs_restart=folder + "/c") as again:
             assert abs(again.t - 0.4) < 1e-12 and again.steps == 4 and "t = 0.4 s after 4 steps" in repr(again)
+
+
+def images():
+    """Springs join the images that they join in the program, in boxes that are skewed and repeat along some edges, whose others may be left 0; a motion from an
+    equilibrium joins them, too."""
+    rng, seen = np.random.default_rng(0), 0
+    for _ in range(150):
+        d = int(rng.integers(1, 4))
+        box, periodic = rng.normal(size=(d, d)) * rng.choice([0.3, 1.0, 5.0], size=(d, 1)), rng.random(d) < 0.6
+        if not periodic.any():
+            continue
+        net = bs.Lattice(2 * rng.normal(size=(20, d)), [[0, k] for k in range(1, 20)], rest_length=0.5, box=box, periodic=periodic)
+        try:
+            simulation = bs.Simulation(net, dt=0.1)
+        except bs.InputError as refused:  # of boxes that are very narrow
+            assert "63 boxes" in str(refused), refused
+            continue
+        with simulation:
+            assert np.allclose(net.lengths(), 0.5 * (1 + simulation.frame()["fields"]["strain"]), rtol=1e-12), (box, periodic)
+        seen += 1
+    assert seen > 90
+    skewed = bs.Lattice([[0.0, 0], [0.1, 1]], [[0, 1]], rest_length=0.5, box=[[1.0, 0], [5, 1.2]], periodic=(True, False), fixed=[0], groups={"end": [1]})
+    open_side = bs.Lattice([[0.0, 0], [0.9, 0]], [[0, 1]], rest_length=0.2, box=[[1.0, 0], [0, 0]], periodic=(True, False), fixed=[0])
+    for net, options in ((skewed, dict(loads={"end": (0.1, 0.2)})), (open_side, dict(snes_rtol=1e-14))):
+        eq = bs.statics(net, **options)
+        with bs.Simulation(eq, dt=0.1) as simulation:
+            assert abs(float(simulation.observables["elastic_energy"]) - eq.energy) < 1e-12 and abs(simulation.forces[1]).max() < 1e-9
+        assert "svg" in net._repr_html_() and net.plot() and eq.plot()
+    assert abs(open_side.lengths()[0] - 0.1) < 1e-15
+    with raised(bs.InputError, "box", "no volume"):
+        open_side.replace(box=[[1.0, 0], [2, 0]]).lengths()

@@ -54,7 +54,7 @@ class Backspring(Calculator):  # type: ignore[misc]
         self.net = self.net.replace(rest_length=self.net.lengths() if net.rest_length is None else net.rest_length)
         self.options = options
         # reduced positions, which wrapping must not change
-        self._last: Optional[Floats] = None if self.net.box is None else self.net.x @ np.linalg.inv(self.net.box)
+        self._last: Optional[Floats] = None if self.net.box is None else self.net.x @ np.linalg.inv(self.net._edges())
         self._box: Optional[Floats] = None
         self._simulation: Optional[Simulation] = None
 

@@ -176,15 +176,28 @@ class Lattice:
             raise InputError("nearest_shift: the lattice has no box")
         way = self.x[second] - self.x[first]
         repeats = np.asarray(self.periodic, int)
-        middle = -np.rint(way @ np.linalg.inv(self.box)).astype(np.int64) * repeats
-        best: Whole = middle
-        shortest = np.full(len(way), np.inf)
-        for step in np.ndindex((3,) * self.dim):
-            shift = middle + (np.array(step) - 1) * repeats
-            length = np.linalg.norm(way + shift @ self.box, axis=1)
-            nearer = length < shortest
-            best, shortest = np.where(nearer[:, None], shift, best), np.minimum(length, shortest)
+        away = way @ np.linalg.inv(self._edges())
+        best: Whole = -np.asarray(np.trunc(away) + np.sign(away) * (np.abs(away - np.trunc(away)) >= 0.5), np.int64) * repeats
+        moved = np.arange(len(way))
+        while moved.size:  # beside edges along which nothing repeats the nearest may lie further away
+            middle, nearest, shortest = best[moved], best[moved], np.full(len(moved), np.inf)
+            for step in np.ndindex(*(1 + 2 * repeats)):
+                shift = middle + (np.array(step) - repeats)
+                size = np.square(way[moved] + sum(shift[:, k, None] * edge for k, edge in enumerate(self.box))).sum(axis=1)
+                nearest, shortest = np.where((size < shortest)[:, None], shift, nearest), np.minimum(size, shortest)
+            best[moved] = nearest
+            moved = moved[(nearest != middle).any(axis=1)]
         return best
+
+    def _edges(self) -> Floats:
+        """(d, d) edges that span a volume: one along which nothing repeats may be given as 0, and is then of length 1."""
+        assert self.box is not None
+        edges = self.box.copy()
+        for k in np.flatnonzero(~edges.any(axis=1) & ~np.asarray(self.periodic)):
+            edges[k, k] = 1.0
+        if not abs(np.linalg.det(edges)) > 1e-12 * np.prod(np.linalg.norm(edges, axis=1)):
+            raise InputError("box: the edges span no volume: give finite vectors [m] that do not lie in one plane or line")
+        return edges
 
     def with_images(self) -> Lattice:
         """A copy in which every image that a spring, angle spring or hinge joins is named: it stays the one that is nearest now, wherever particles are moved."""
