@@ -1,4 +1,6 @@
 """What the package says of equilibria, motions, boxes and atoms holds: load factors on paths, settings that go on, places where motions begin, images, pictures."""
+import base64
+import re
 import tempfile
 import warnings
 
@@ -120,3 +122,45 @@ def images():
     assert abs(open_side.lengths()[0] - 0.1) < 1e-15
     with raised(bs.InputError, "box", "no volume"):
         open_side.replace(box=[[1.0, 0], [2, 0]]).lengths()
+
+
+def drawn(svg):
+    """(S, 2, 2) ends of the lines of a picture in SVG [tenths of pixels], first ones and ways along, in no order."""
+    text = base64.b64decode(re.search(r"base64,([^\"]*)", svg)[1]).decode()
+    ways = []
+    for path in re.findall(r' d="([^"]*)"', text):
+        ways += [[int(one) for one in re.findall(r"-?\d+", way)] for way in re.findall(r"l[^ml]*", path)]
+    return np.array(ways)
+
+
+def strained_boxes():
+    """Equilibria, frames and modes say which box they stand in, and pictures draw springs there, along the images that they join; the lattice that a message
+    says to make of an equilibrium has its energy."""
+    data = cell()
+    net = bs.Lattice(**data, fixed=[0])
+    eq = bs.statics(net, bs_box_strain="xy=velocity:1.0")
+    *_, frame = bs.run(net, dt=0.1, until=0.5, bs_box_strain="xy=velocity:1.0")
+    modes = bs.modes(eq, 2)
+    for one, shear in ((eq, 1.0), (frame, 0.5), (modes, 1.0)):
+        assert np.allclose(one.box, [[5, 0], [5 * shear, 5]], atol=1e-12), one.box
+        ways = one.x[net.pairs[:, 1]] - one.x[net.pairs[:, 0]] + net.shift @ one.box
+        if one is not modes:
+            there = drawn(one._repr_html_()) * [1, -1]
+            scale = np.linalg.norm(there, axis=1).max() / np.linalg.norm(ways, axis=1).max()
+            assert np.allclose(sorted(np.linalg.norm(there, axis=1)), sorted(scale * np.linalg.norm(ways, axis=1)), atol=2), one
+        lines = one.plot().axes[0].collections[-2 if one is modes else 0].get_segments()
+        if one is not modes:
+            assert np.allclose([line[1] - line[0] for line in lines], ways, atol=1e-12)
+        assert np.ptp(np.concatenate(lines)[:, 0]) < 12
+    assert bs.statics(bs.Lattice(**sheet())).box is None and np.array_equal(bs.modes(net, 1).box, net.box)
+    free = {**data, "rest_length": None, "shift": None}
+    for start, options in ((net, dict(bs_box_strain="xy=velocity:0.3")), (bs.Lattice(**free, fixed=[0]), dict(bs_box_strain="xx=velocity:0.2")),
+                           (bs.Lattice(**{**sheet(), "rest_length": None}), dict(bs_force_bottom="0,expression:-3*t"))):
+        eq = bs.statics(start, snes_rtol=1e-13, **options)
+        with raised(bs.InputError, "replace") as refused:
+            bs.Simulation(eq, dt=0.1)
+        own = eval(str(refused.error).split("a lattice of its own, ")[1], {"eq": eq})
+        loads = {name: "0,-3" for name in options if "force" in name}
+        with bs.Simulation(own, dt=0.1, **loads) as simulation:
+            assert eq.energy > 1e-3 and abs(float(simulation.observables["elastic_energy"]) / eq.energy - 1) < 1e-9
+            assert abs(simulation.forces[~start.fixed]).max() < 1e-7

@@ -28,13 +28,19 @@ def lattice_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) 
     return net, [], forces
 
 
-def refuse_led(settings: Settings) -> None:
+def own_lattice(lattice: Lattice) -> str:
+    """How a lattice of its own is made of an equilibrium `eq` of this one, as messages say it: at its places, in its box, with the rest lengths and images of before."""
+    given = ["x=eq.x"] + (["box=eq.box"] if lattice.box is not None else []) + (["rest_length=eq.lattice.lengths()"] if lattice.rest_length is None else [])
+    return f"eq.lattice{'.with_images()' if lattice.box is not None else ''}.replace({', '.join(given)})"
+
+
+def refuse_led(settings: Settings, lattice: Lattice) -> None:
     """What led an equilibrium to its place at t = 1 is elsewhere at t = 0, where a motion begins."""
     for name, text in settings:
         varies = name in ("-bs_box_strain", "-bs_box_rate") or (name == "-bs_anchor_motion" and text != "fixed")
         if varies or (name.startswith("-bs_force_") and any(form in str(text) for form in ("expression:", "table:"))):
             raise InputError(f"{name[1:]}: it has the equilibrium where it is at t = 1, and a motion begins at t = 0: give the motion another one, or a lattice "
-                             "of its own, eq.lattice.replace(x=eq.x)")
+                             f"of its own, {own_lattice(lattice)}")
 
 
 def moved_by(settings: Settings, given: Settings, lattice: Lattice, gone: Mask) -> List[str]:
@@ -62,7 +68,7 @@ def start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) ->
         own = held_at(own, 1.0)
     if abs(net.load_factor - 1) > 1e-9:
         raise InputError(f"the equilibrium stands at the load factor {net.load_factor:g}, and a motion has all loads in full: give one under the full loads, or "
-                         "eq.lattice.replace(x=eq.x) and the loads of the motion")
+                         f"{own_lattice(lattice)} and the loads of the motion")
     rest = lattice.rest_length if lattice.rest_length is not None else lattice.lengths()
     found_by = ("-bs_load_", "-bs_arc_", "-bs_step_", "-bs_stop_", "-bs_stability_", "-bs_equilibria", "-bs_compliance_", "-bs_zero_modes_", "-bs_box_stress_",
                 "-bs_break_dt", "-bs_break_follow", "-bs_break_max_steps", "-bs_break_output_interval")
@@ -205,4 +211,4 @@ def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[
     state = net._state if isinstance(net, Equilibrium) else None
     error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, state))
     errors.check(error)
-    return Modes(found, lattice, net.x)
+    return Modes(found, lattice, net.x, net.box)

@@ -105,6 +105,11 @@ class Frame:
         self._v = self._put(value)
 
     @property
+    def box(self) -> Optional[Floats]:
+        """(d, d) edges of the periodic box at this moment, rows [m]; None: there is none."""
+        return self.lattice._box_of(self.observables)
+
+    @property
     def rows(self) -> slice:
         """The rows of this rank, of those of all particles."""
         return self._rows
@@ -152,14 +157,14 @@ class Frame:
         dpi, cmap."""
         from .picture import draw
 
-        return draw(self.lattice, self.x, self.strain if self.strain.size else None, "strain", f"t = {self.t:g} s", file=file, **look)
+        return draw(self.lattice, self.x, self.strain if self.strain.size else None, "strain", f"t = {self.t:g} s", file=file, box=self.box, **look)
 
     def _repr_html_(self) -> str:
         rows = {"t": looks.number(self.t, "s"), "total energy": looks.number(self.energy, "J"),
                 "fastest particle": looks.number(np.linalg.norm(self.v, axis=1).max(), "m/s")}
         if self.broken.any():
             rows["broken springs"] = f"{int(self.broken.sum()):,}"
-        return looks.page("Frame", rows, looks.picture(self.lattice, self.x, self.strain if self.strain.size else None, "strain", ""))
+        return looks.page("Frame", rows, looks.picture(self.lattice, self.x, self.strain if self.strain.size else None, "strain", box=self.box))
 
     def __repr__(self) -> str:
         return f"<backspring.Frame at t = {self.t:g} s, {len(self.lattice)} particles>"

@@ -12,7 +12,7 @@ from . import looks
 from ._library import require_same, started
 from .arguments import mask_of, name_of, named, names_in, numbers_in, real_array, refuse_duplicates, rows_in, truths_in, whole_in
 from .errors import InputError, check, pass_on
-from .kinds import Comm, Floats, Mask, Option, Whole
+from .kinds import Comm, Floats, Mask, Observables, Option, Whole
 from .options import text_of
 
 if TYPE_CHECKING:
@@ -214,9 +214,20 @@ class Lattice:
 
     def ways(self) -> Floats:
         """(S, d) from the first end of every spring to the second [m]."""
-        way = self.x[self.pairs[:, 1]] - self.x[self.pairs[:, 0]]
-        shift = None if self.box is None else self.nearest_shift() if self.shift is None else self.shift
-        return np.asarray(way if self.box is None or shift is None else way + shift @ self.box, float)
+        return self._ways_at(self.x)
+
+    def _ways_at(self, x: Floats, box: Optional[Floats] = None) -> Floats:
+        """The same where the particles are at x and the box has other edges, if they are given: springs join the images that they join now."""
+        way = x[self.pairs[:, 1]] - x[self.pairs[:, 0]]
+        if self.box is None:
+            return np.asarray(way, float)
+        shift = self.nearest_shift() if self.shift is None else self.shift
+        return np.asarray(way + shift @ (self.box if box is None else box), float)
+
+    def _box_of(self, observables: Observables) -> Optional[Floats]:
+        """(d, d) edges of the box at the moment of these observables [m]."""
+        edges = self.box if self.box is None else np.atleast_1d(observables.get("/particles/trajectory/box/edges", self.box))
+        return edges if edges is None or edges.ndim == 2 else np.diag(edges)
 
     def lengths(self) -> Floats:
         """(S,) lengths of the springs as they are [m]."""

@@ -39,9 +39,9 @@ def most(values: Floats) -> Optional[float]:
     return float(finite.max()) if finite.size and finite.max() > 0 else None
 
 
-def stretches(lattice: Lattice, x: Floats, motion: Floats) -> Floats:
-    """(S,) of springs at x, by which they lengthen along a motion, as a part of the largest."""
-    way = lattice.replace(x=x).ways()
+def stretches(lattice: Lattice, x: Floats, motion: Floats, box: Optional[Floats] = None) -> Floats:
+    """(S,) of springs at x, in a box of these edges if they are given, by which they lengthen along a motion, as a part of the largest."""
+    way = lattice._ways_at(x, box)
     length = np.linalg.norm(way, axis=1)
     along = ((motion[lattice.pairs[:, 1]] - motion[lattice.pairs[:, 0]]) * way).sum(axis=1) / np.where(length > 0, length, 1.0)
     return np.asarray(along / (np.abs(along).max(initial=0.0) or 1.0), float)
@@ -120,12 +120,14 @@ def _colouring(values: Optional[Floats], count: int, label: str, unit: str) -> T
     return colours, size, f"{label} &minus;{size.max():.3g} to {size.max():.3g} {unit}".strip() if label else ""
 
 
-def picture(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: str = "", unit: str = "", width: int = 360, caption: str = "") -> str:
-    """An SVG of the springs at x, coloured by values (blue: pushed, red: pulled), fixed particles as squares; of large nets a map. It is an image of its own:
-    of notebooks that are not trusted, viewers leave out what is drawn in the page."""
+def picture(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: str = "", unit: str = "", width: int = 360, caption: str = "",
+            box: Optional[Floats] = None) -> str:
+    """An SVG of the springs at x, coloured by values (blue: pushed, red: pulled), fixed particles as squares; of large nets a map. It is
+    an image of its own: of notebooks that are not trusted, viewers leave out what is drawn in the page. box: its edges, where they are others than the
+    lattice's."""
     count = len(lattice.pairs)
     first = x[lattice.pairs[:, 0]]
-    ends, depth = _flat(np.stack([first, first + lattice.replace(x=x).ways()], axis=1))
+    ends, depth = _flat(np.stack([first, first + lattice._ways_at(x, box)], axis=1))
     spots, _ = _flat(x)
     everything = np.concatenate([ends.reshape(-1, 2), spots])
     low = everything.min(axis=0)

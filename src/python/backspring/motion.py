@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import errors
 from ._library import end_session, new_session, on_all, require_same, world
-from .analyses import moved_by, refuse_led, start_of
+from .analyses import moved_by, own_lattice, refuse_led, start_of
 from .arguments import array_of, one_of
 from .breaks import Events
 from .changes import change, numbered
@@ -54,7 +54,7 @@ class Simulation(Watched):
             given = loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + settings_of(options)
             both = joined(earlier, given)
             if isinstance(net, Equilibrium):
-                refuse_led([one for one in both if one not in given])
+                refuse_led([one for one in both if one not in given], net.lattice)
             return lattice, both, given, own
 
         self.lattice, settings, given, forces = on_all(comm, checked)
@@ -64,10 +64,10 @@ class Simulation(Watched):
         if any(name == "-bs_restart" for name, _ in settings):
             self.get("position", whole=False)  # reads the state, and with it the time
         elif isinstance(net, Equilibrium):
-            self._refuse_moved(settings, given)
+            self._refuse_moved(settings, given, own_lattice(net.lattice))
         self._attach()
 
-    def _refuse_moved(self, settings: Settings, given: Settings) -> None:
+    def _refuse_moved(self, settings: Settings, given: Settings, lattice: str) -> None:
         """What moves with time is where the equilibrium has it when a motion begins: what led it there and is not 0 then would be added once more."""
         if not any(name.startswith("-bs_motion_") for name, _ in settings):
             return
@@ -76,7 +76,7 @@ class Simulation(Watched):
         if names:
             self._end()
             raise InputError(f"{names[0][1:]}: it has led the equilibrium where it is, and is not 0 when the motion begins, so that it would be added once more: give "
-                             f"the motion another one ({names[0][1:]}=\"fixed\" holds the group where it is), or a lattice of its own, eq.lattice.replace(x=eq.x)")
+                             f"the motion another one ({names[0][1:]}=\"fixed\" holds the group where it is), or a lattice of its own, {lattice}")
 
     @classmethod
     def restart(cls, path: Path, net: Union[Lattice, Equilibrium], **arguments: Any) -> Simulation:

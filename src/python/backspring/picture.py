@@ -15,10 +15,10 @@ from .looks import COLOURS
 QUIET = "0.8"  # of what stays behind
 
 
-def _segments(lattice: Lattice, x: Floats) -> Floats:
+def _segments(lattice: Lattice, x: Floats, box: Optional[Floats]) -> Floats:
     """(S, 2, 2 or 3) ends of the springs as they are drawn; one dimension along a line."""
     first = x[lattice.pairs[:, 0]]
-    lines = np.stack([first, first + lattice.replace(x=x).ways()], axis=1)
+    lines = np.stack([first, first + lattice._ways_at(x, box)], axis=1)
     return np.asarray(np.concatenate([lines, np.zeros_like(lines)], axis=-1) if lattice.dim == 1 else lines, float)
 
 
@@ -38,11 +38,12 @@ def _limit(axes: Any, ends: Floats, solid: bool) -> None:
         axes.set_box_aspect(half, zoom=0.85)
 
 
-def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: str = "", title: str = "", *, behind: Optional[Floats] = None,
+def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: str = "", title: str = "", *, behind: Optional[Floats] = None, box: Optional[Floats] = None,
          file: Union[str, os.PathLike[str], None] = None, size: Tuple[float, float] = (6.0, 5.0), dpi: float = 200,
          cmap: Any = None, largest: Optional[float] = None) -> Any:
     """Springs at x, coloured by values, grey without; particles that are fixed as squares; springs at `behind` in light grey below. cmap: of
-    matplotlib, by default from blue (negative) by grey to red. largest: the value from which on springs have its last colour, by default the largest there is."""
+    matplotlib, by default from blue (negative) by grey to red. largest: the value from which on springs have its last colour, by default the largest there is. box: its edges, where
+    they are others than the lattice's."""
     import matplotlib
 
     if file:
@@ -51,7 +52,7 @@ def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: st
     from matplotlib.collections import LineCollection
     from matplotlib.colors import LinearSegmentedColormap
 
-    lines, solid = _segments(lattice, x), lattice.dim == 3
+    lines, solid = _segments(lattice, x, box), lattice.dim == 3
     shown = np.concatenate([x, np.zeros_like(x)], axis=1) if lattice.dim == 1 else x
     width = min(1.5, 20 / np.sqrt(len(lattice) + 1)) if solid else min(2.0, 60 / np.sqrt(len(lattice) + 1))
     figure = plt.figure(figsize=size, layout="constrained")
@@ -63,7 +64,7 @@ def draw(lattice: Lattice, x: Floats, values: Optional[Floats] = None, label: st
         Collection, axes = LineCollection, figure.add_subplot()
         axes.set_aspect("equal")
     if behind is not None:
-        axes.add_collection(Collection(_segments(lattice, behind), colors=QUIET, linewidths=0.7 * width, zorder=1))
+        axes.add_collection(Collection(_segments(lattice, behind, box), colors=QUIET, linewidths=0.7 * width, zorder=1))
     style: Any = dict(colors="0.45")
     if values is not None:
         found = np.nanmax(np.abs(values)) if np.isfinite(values).any() else 0.0

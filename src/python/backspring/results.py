@@ -63,6 +63,11 @@ class Equilibrium:
         return self.fields["position"].reshape(len(self.lattice), -1)[:, : self.lattice.dim]
 
     @property
+    def box(self) -> Optional[Floats]:
+        """(d, d) edges of the periodic box as it stands, rows [m]; None: there is none."""
+        return self.lattice._box_of(self.observables)
+
+    @property
     def tension(self) -> Floats:
         """(S,) [N], positive where a spring pulls, NaN where it is broken or can exert no force."""
         return self.fields.get("tension", np.zeros(0))
@@ -87,7 +92,7 @@ class Equilibrium:
         look: size [inch], dpi, cmap."""
         from .picture import draw
 
-        return draw(self.lattice, self.x, self.tension, "tension / N", f"load factor {self.load_factor:g}", file=file, **look)
+        return draw(self.lattice, self.x, self.tension, "tension / N", f"load factor {self.load_factor:g}", file=file, box=self.box, **look)
 
     def _repr_html_(self) -> str:
         rows = {"load factor": f"{self.load_factor:g}", "elastic energy": looks.number(self.energy, "J"), "largest tension": looks.number(looks.most(self.tension), "N"),
@@ -96,7 +101,7 @@ class Equilibrium:
         if self.broken.any():
             rows["broken springs"] = f"{int(self.broken.sum()):,}"
         rows["Newton iterations"] = f"{self.newton} in {self.steps} load step{'s' * (self.steps != 1)}" + (f", {self.rejected} rejected" if self.rejected else "")
-        return looks.page("Equilibrium", rows, looks.picture(self.lattice, self.x, self.tension, "tension", "N"))
+        return looks.page("Equilibrium", rows, looks.picture(self.lattice, self.x, self.tension, "tension", "N", box=self.box))
 
     def __repr__(self) -> str:
         broken = f", {int(self.broken.sum())} springs broken" if self.broken.any() else ""
@@ -106,7 +111,7 @@ class Equilibrium:
 class Modes:
     """Free vibrations, K of them. omega2: (K,) ascending [1/s^2]. shapes: (K, N, d), sum over particles of m |q|^2 = 1 [kg^-1/2]. residual: (K,) bounds
     of the errors of omega2 [1/s^2]. zero: motions without stiffness in all, or -1 where they were not counted. lattice: of which they are, x: (N, d)
-    about which [m]. Unpacks into omega2, shapes."""
+    and box: (d, d) about which [m]. Unpacks into omega2, shapes."""
 
     omega2: Floats
     shapes: Floats
@@ -114,10 +119,11 @@ class Modes:
     zero: int
     lattice: Lattice
     x: Floats
+    box: Optional[Floats]
 
-    def __init__(self, found: Found, lattice: Lattice, x: Floats) -> None:
+    def __init__(self, found: Found, lattice: Lattice, x: Floats, box: Optional[Floats]) -> None:
         self.omega2, self.shapes, self.residual, self.zero = found["omega_squared"], found["shapes"], found["residual"], found["zero_modes"]
-        self.lattice, self.x = lattice, x
+        self.lattice, self.x, self.box = lattice, x, box
 
     def __iter__(self) -> Iterator[Floats]:
         """omega2, shapes."""
@@ -138,6 +144,9 @@ class Modes:
         most = np.linalg.norm(shape, axis=1).max() or 1.0
         return np.asarray(self.x + shape * (size * np.ptp(self.x, axis=0).max() / most), float)
 
+    def _stretches(self, k: int) -> Floats:
+        return looks.stretches(self.lattice, self.x, self.shapes[k], self.box)
+
     def plot(self, k: int = 0, file: Union[str, os.PathLike[str], None] = None, size_of_motion: float = 0.1, **look: Any) -> Figure:
         """A picture of the mode k: springs moved along it, coloured by their lengthening as a part of the largest [1], the lattice at rest in grey; written
         to `file` if one is named. Returns the figure of matplotlib. look: size [inch], dpi, cmap."""
@@ -145,13 +154,13 @@ class Modes:
 
         x = self.moved(k, size_of_motion)
         title = f"mode {k}: $\\omega^2$ = {self.omega2[k]:.4g} s$^{{-2}}$"
-        return draw(self.lattice, x, looks.stretches(self.lattice, self.x, self.shapes[k]), "lengthening", title, behind=self.x, file=file, **look)
+        return draw(self.lattice, x, self._stretches(k), "lengthening", title, behind=self.x, file=file, box=self.box, **look)
 
     def _repr_html_(self) -> str:
         rows = {"modes": str(len(self)), "omega<sup>2</sup>": ", ".join(f"{one:.4g}" for one in self.omega2[:6]) + (", ..." if len(self) > 6 else "") + " s<sup>-2</sup>"}
         if self.zero >= 0:
             rows["without stiffness"] = str(self.zero)
-        pictures = [looks.picture(self.lattice, self.moved(k), looks.stretches(self.lattice, self.x, self.shapes[k]), width=200, caption=f"{k}: {one:.4g} s<sup>-2</sup>")
+        pictures = [looks.picture(self.lattice, self.moved(k), self._stretches(k), width=200, caption=f"{k}: {one:.4g} s<sup>-2</sup>", box=self.box)
                     for k, one in enumerate(self.omega2[:4])]
         return looks.page("Modes", rows, *pictures)
 
