@@ -18,6 +18,7 @@ sys.path[:0] = [str(PROGRAM.parent / "python"), str(HERE)]
 import numpy as np  # noqa: E402
 from ase import Atoms, units  # noqa: E402
 from ase.build import bulk, graphene  # noqa: E402
+from ase.calculators.calculator import PropertyNotImplementedError  # noqa: E402
 from ase.constraints import FixAtoms, FixBondLength  # noqa: E402
 from ase.md.verlet import VelocityVerlet  # noqa: E402
 from ase.optimize import BFGS  # noqa: E402
@@ -91,6 +92,46 @@ def taken():
         assert len(said) == len(words) and all(word in str(one.message) and one.filename == __file__ for word, one in zip(words, said)), [str(one.message) for one in said]
 
 
+def places_alone():
+    """Negative rows of FixAtoms count from the end; energies are to be had where a cell has no volume, stresses where it has one; what depends on the past is
+    refused."""
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1.1, 0]])
+    atoms = Atoms("H4", positions=square)
+    atoms.set_constraint([FixAtoms(indices=[-1]), FixAtoms(indices=[0, -3])])
+    assert np.flatnonzero(lattice_of(atoms, 1.2).fixed).tolist() == [0, 1, 3]
+    sides = [[0, 1], [0, 2], [1, 3], [2, 3]]
+    for edges, periodic in ((np.diag([2.1, 2.3]), (True, True)), (np.diag([2.1, 0]), (True, False))):
+        net = bs.Lattice(square[:, :2], sides, box=edges, periodic=periodic, rest_length=0.9)
+        with bs.Simulation(net, dt=1.0) as simulation:
+            energy, forces = float(simulation.observables["elastic_energy"]), simulation.forces
+        for height in (0.0, 4.0):
+            cell = np.zeros((3, 3))
+            cell[:2, :2], cell[2, 2] = edges, height
+            atoms = Atoms("H4", positions=square, cell=cell, pbc=(*periodic, False))
+            atoms.calc = Backspring(net)
+            assert abs(atoms.get_potential_energy() - energy) < 1e-12 and np.allclose(atoms.get_forces()[:, :2], forces, atol=1e-12)
+            if np.linalg.det(cell):
+                assert atoms.get_stress().any()
+                continue
+            try:
+                atoms.get_stress()
+            except PropertyNotImplementedError:
+                continue
+            raise AssertionError("a stress without a volume")
+    pair = bs.Lattice(square[:2], [[0, 1]], stiffness=10.0, rest_length=1.0)
+    plastic = pair.replace(law="plastic", spring_columns={"yield_force": [0.5], "hardening": [0.0]})
+    for net, options in ((plastic, {}), (pair, dict(bs_spring_law="maxwell", bs_spring_relaxation_time=1.0))):
+        atoms = Atoms("H2", positions=square[:2])
+        atoms.calc = Backspring(net, **options)
+        for _ in range(2):
+            try:
+                atoms.get_potential_energy()
+            except bs.InputError as error:
+                assert "law" in str(error) and "hooke" in str(error), error
+            else:
+                raise AssertionError("an energy that depends on the past")
+
+
 def wrapped():
     """Atoms that are put back into the box pull as before."""
     net = bs.Lattice(**cell())
@@ -143,7 +184,7 @@ def phonons():
 
 
 def main():
-    for part in (differences, sheets, taken, wrapped, optimiser, dynamics, phonons):
+    for part in (differences, sheets, taken, places_alone, wrapped, optimiser, dynamics, phonons):
         if "--filter" not in sys.argv or sys.argv[sys.argv.index("--filter") + 1] in part.__name__:
             part()
             print(f"{part.__name__}: ok", flush=True)

@@ -34,7 +34,10 @@ def lattice_of(atoms: Any, cutoff: float, stiffness: Any = 1.0, rest_length: Any
     if atoms.has("momenta"):
         more.setdefault("velocity", atoms.get_velocities())
     if "fixed" not in more:
-        more["fixed"] = np.isin(np.arange(len(atoms)), [k for one in atoms.constraints if isinstance(one, FixAtoms) for k in one.get_indices()])
+        more["fixed"] = np.zeros(len(atoms), bool)
+        for one in atoms.constraints:
+            if isinstance(one, FixAtoms):
+                more["fixed"][one.get_indices()] = True  # negative ones count from the end
         pass_on(f"the constraint {type(one).__name__} of the atoms is not of the network: only FixAtoms is" for one in atoms.constraints if not isinstance(one, FixAtoms))
     net = Lattice(atoms.positions, np.stack([i[once], j[once]], axis=1), stiffness=stiffness, rest_length=rest_length, mass=atoms.get_masses(), parallel=True,
                   **box, **more)
@@ -42,9 +45,10 @@ def lattice_of(atoms: Any, cutoff: float, stiffness: Any = 1.0, rest_length: Any
 
 
 class Backspring(Calculator):  # type: ignore[misc]
-    """Energies [of the network's springs and of the fields that options give], forces, and in periodic boxes stresses, by ASE's sign (positive: pulled) and
-    order (xx, yy, zz, yz, xz, xy). Networks of one or two dimensions lie along x, or in the plane of x and y. What is fixed is a matter of ASE's
-    constraints. `options`: fields and laws of the program, as of Simulation."""
+    """Energies [of the network's springs and of the fields that options give], forces, and in periodic boxes, where the atoms' cell has a volume, stresses, by
+    ASE's sign (positive: pulled) and order (xx, yy, zz, yz, xz, xy). Networks of one or two dimensions lie along x, or in the plane of x and y. What is fixed
+    is a matter of ASE's constraints. Nothing breaks, and laws with history are refused: energies are those of places alone. `options`: fields and laws of
+    the program, as of Simulation."""
 
     implemented_properties = ["energy", "forces", "stress"]
 
@@ -77,6 +81,11 @@ class Backspring(Calculator):  # type: ignore[misc]
                 self._simulation.close()
             # no step is taken: the method costs nothing
             self._simulation = Simulation(self.net.replace(x=x, box=box), ts_type="verlet", dt=1.0, bs_advise=False, **self.options)
+            if "dissipated_energy" in self._simulation.observables:
+                self._simulation.close()
+                self._simulation = None
+                raise InputError("law: springs whose forces depend on what they have been through (plastic, maxwell) give atoms no energy of their places: take "
+                                 "hooke or another law without history, or step the network by Simulation")
             self._box = box
         else:
             self._simulation.set("position", x)
@@ -90,7 +99,7 @@ class Backspring(Calculator):  # type: ignore[misc]
         forces = np.zeros((len(atoms), 3))
         forces[:, :d] = simulation.forces
         self.results = {"energy": observed["potential_energy"], "free_energy": observed["potential_energy"], "forces": forces}
-        if "stress" in observed and atoms.pbc.any():
+        if "stress" in observed and atoms.pbc.any() and atoms.cell.rank == 3:
             # of fewer dimensions per length or area: by the height of the cell beyond them
             height = atoms.get_volume() / abs(np.linalg.det(atoms.cell.array[:d, :d])) if d < 3 else 1.0
             self.results["stress"] = np.zeros(6)
