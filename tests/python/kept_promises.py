@@ -164,3 +164,45 @@ def strained_boxes():
         with bs.Simulation(own, dt=0.1, **loads) as simulation:
             assert eq.energy > 1e-3 and abs(float(simulation.observables["elastic_energy"]) / eq.energy - 1) < 1e-9
             assert abs(simulation.forces[~start.fixed]).max() < 1e-7
+
+
+def said_plainly():
+    """What would move nothing, be ignored or be taken for something else is refused or told of, and a lattice may go on without its box."""
+    net = bs.Lattice(**sheet())
+    seen = []
+
+    def watching(t, frame):
+        for change in (lambda: frame.v.__setitem__(0, 1.0), lambda: frame.x.__imul__(2)):
+            with raised(ValueError, "read-only"):
+                change()
+        for name in ("x", "v"):
+            with raised(bs.Error, "nothing follows", "run()"):
+                setattr(frame, name, 0 * net.x)
+        seen.append(t)
+
+    for frame in bs.run(net, dt=1e-3, until=3e-3, observe=watching):
+        frame.v *= 0.5
+        frame.x[20] += 1e-3
+    assert len(seen) == 3
+    with bs.Simulation(net, dt=1e-3) as simulation:
+        simulation.v = np.ones_like(net.x)
+        simulation.v *= 0.5
+        assert (simulation.v[~net.fixed] == 0.5).all()
+    for words, call in ((("bs_modes", "twice"), lambda: bs.modes(net, 1, bs_modes=2)), (("help", "backspring -help"), lambda: bs.statics(net, help=True)),
+                        (("help",), lambda: bs.Simulation(net, dt=0.1, help=True))):
+        with raised(bs.InputError, *words):
+            call()
+    with bs.Simulation(net, dt=0.1, bs_group_low="ymin", bs_motion_low="given") as simulation, raised(bs.InputError, "'low'", "bottom, hung", "groups={'low'"):
+        simulation.drive("low", net.x[:7], 1.0)
+    limited = net.replace(breaking={"critical_strain": 5.0}, angles={"triples": [[0, 1, 2]], "stiffness": 1.0, "rest_angle": np.pi, "critical_moment": 9.0})
+    for call in (lambda **limits: bs.statics(limited, **limits), lambda **limits: bs.Simulation(limited, dt=0.1, **limits).close()):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            call(bs_break_strain=0.1, bs_break_force=1e6, bs_break_angle_moment=1.0)
+        texts = [str(one.message) for one in told if "ignored" in str(one.message)]
+        assert len(texts) == 2 and "critical_strain" in texts[0] and "bs_break_strain" in texts[0] and "bs_break_angle_moment" in texts[1], texts
+    boxed = bs.Lattice(**cell(), angles={"triples": [[0, 1, 2]], "stiffness": 1.0, "rest_angle": np.pi}).with_images()
+    bare = boxed.replace(box=None)
+    assert bare.box is None and bare.shift is None and not any(bare.periodic) and np.array_equal(bare.lengths(), np.linalg.norm(np.diff(boxed.x[boxed.pairs], axis=1)[:, 0], axis=1))
+    with bs.Simulation(bare, dt=0.1) as simulation:
+        simulation.step()

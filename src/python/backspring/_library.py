@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Callable, Dict, Generator, Mapping, Optio
 
 import numpy as np
 
-from .errors import InputError, check
+from .errors import InputError, check, pass_on
 from .forces import functions_of
 from .kinds import Comm, GivenForces, Settings
 
@@ -127,6 +127,7 @@ def new_session(comm: Comm, lattice: Lattice, settings: Settings, forces: Option
     require_same(comm, {**vars(lattice), "the names of options": sorted(options), **options, "forces": called is not None, "between": called and called[3]})
     session = core.Session(handle, lattice._arrays(), settings, called)
     check(session.error)
+    pass_on(lattice._outdone(settings + more))
     number = next(_numbers)
     _open[number] = weakref.ref(session, lambda _: _open.pop(number, None)) if world(comm).size == 1 else session
     return session, number

@@ -205,7 +205,9 @@ def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[
         lattice, earlier, own = lattice_of(net, forces)
         about = [("-bs_modes_about", "equilibrium")] if isinstance(net, Equilibrium) else []
         earlier = [one for one in earlier if one[0].startswith("-bs_")]  # the others are PETSc's, of solves that there are none of
-        return whole("count", count), lattice, joined(joined(earlier, about), settings_of(options)), own
+        given = settings_of(options)
+        joined([], settings_of({"bs_modes": whole("count", count)}) + given)  # how many they are is said once
+        return whole("count", count), lattice, joined(joined(earlier, about), given), own
 
     wanted, lattice, settings, forces = on_all(comm, checked)
     state = net._state if isinstance(net, Equilibrium) else None

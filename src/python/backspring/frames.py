@@ -24,14 +24,16 @@ class Frame:
 
     Frames of run() keep all but the forces; those of observers look when they are asked, on all ranks, and keep what they found. What a loop over run()
     has changed in x or v when it goes on becomes the state, from which the method starts anew. Copies (pickle, copy) stand alone: they hold what is to be
-    had at their moment, also the forces where the motion has not gone on (on several ranks: where they were asked for before), and cannot be written to.
+    had at their moment, also the forces where the motion has not gone on (on several ranks: where they were asked for before). Frames of observers and copies
+    cannot be written to: nothing would follow.
     """
 
     t: float
     lattice: Lattice
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, changeable: bool = False) -> None:
         self._simulation: Optional[Simulation] = simulation
+        self._changeable = changeable
         self._moment, self._rows = simulation._moment(), simulation.rows
         self.t, self.lattice = simulation.t, simulation.lattice
         self._kept: Optional[Dict[str, Any]] = None
@@ -56,6 +58,8 @@ class Frame:
     def _put(self, value: Floats) -> Floats:
         if self._simulation is None:
             raise Error("this frame is a copy, which no motion follows: change the frame of the loop, or set x and v of a simulation")
+        if not self._changeable:
+            raise Error("nothing follows this frame: change the frame of a loop over run(), or set x and v of a simulation between its steps")
         return value
 
     def _still(self) -> Simulation:
@@ -87,6 +91,7 @@ class Frame:
         """(N, d) positions [m], which a loop over run() may change."""
         if self._x is None:
             self._x = self._table("position").copy()
+            self._x.flags.writeable = self._changeable
         return self._x
 
     @x.setter
@@ -98,6 +103,7 @@ class Frame:
         """(N, d) velocities [m/s], which a loop over run() may change."""
         if self._v is None:
             self._v = self._table("velocity").copy()
+            self._v.flags.writeable = self._changeable
         return self._v
 
     @v.setter

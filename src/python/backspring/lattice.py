@@ -12,7 +12,7 @@ from . import looks
 from ._library import require_same, started
 from .arguments import mask_of, name_of, named, names_in, numbers_in, real_array, refuse_duplicates, rows_in, truths_in, whole_in
 from .errors import InputError, check, pass_on
-from .kinds import Comm, Floats, Mask, Observables, Option, Whole
+from .kinds import Comm, Floats, Mask, Observables, Option, Settings, Whole
 from .options import text_of
 
 if TYPE_CHECKING:
@@ -234,15 +234,29 @@ class Lattice:
         return np.asarray(np.linalg.norm(self.ways(), axis=1), float)
 
     def replace(self, **changes: Any) -> Lattice:
-        """A copy with other values of some arguments of the constructor, in their shapes and units; `parallel` is what the lattice was made with."""
+        """A copy with other values of some arguments of the constructor, in their shapes and units; `parallel` is what the lattice was made with. box=None: without
+        the box, and so without the images in it, unless they are given."""
         names = ("x", "pairs", "stiffness", "rest_length", "damping", "area", "mass", "velocity", "fixed", "groups", "box", "shift", "law", "damping_law",
                  "spring_columns", "particle_columns", "anchors", "angles", "hinges", "breaking", "options")
         given: Dict[str, Any] = {name: getattr(self, name) for name in names}
         again = {"pairs", "shift", "parallel"} & set(changes)  # what has not changed was looked through before
         given.update(periodic=self.periodic if self.box is not None else None, parallel=self.parallel if again else True)
+        if "box" in changes and changes["box"] is None:
+            given.update(periodic=None, shift=None)
+            given.update({kind: {**given[kind], "shift": None} for kind in INTERACTIONS if given[kind]})
         net = Lattice(**{**given, **changes})
         net.parallel = net.parallel if again else self.parallel
         return net
+
+    def _outdone(self, settings: Settings) -> List[str]:
+        """What the lattice itself says in the place of options of these settings."""
+        from ._core import kept_name
+
+        own = {f"-bs_break_{name.split('_')[1]}": f"breaking[{name!r}]" for name in self.breaking if name != "broken"}
+        for kind in INTERACTIONS:
+            limits = [name for name in getattr(self, kind) or () if name in TURN_LIMITS and name != "broken"]
+            own.update({f"-bs_break_{kind[:-1]}_{name.split('_')[1]}": f"{kind}[{name!r}]" for name in limits})
+        return [f"the lattice has its own {own[kept_name(name)]}; ignored: {name[1:]}" for name, _ in settings if kept_name(name) in own]
 
     def save(self, path: Path, overwrite: bool = False, comm: Comm = None) -> None:
         """Writes a lattice file (.h5) that the program reads by bs_lattice_file. Collective on `comm`."""

@@ -84,8 +84,8 @@ class Simulation(Watched):
         are given here (arguments of Simulation) take their place."""
         return cls(net, bs_restart=path, **arguments)
 
-    def _frame(self) -> Frame:
-        return Frame(self)
+    def _frame(self, changeable: bool = False) -> Frame:
+        return Frame(self, changeable)
 
     def _same(self, name: str, check: Callable[[], Found]) -> Found:
         """An argument as `check` returns it, unless that raises or returns something else on some rank."""
@@ -180,7 +180,8 @@ class Simulation(Watched):
         and stays there until the next call."""
         def checked() -> Tuple[Floats, float]:
             if group not in self.lattice.groups:
-                raise InputError(f"there is no group {group!r}: name one of {', '.join(self.lattice.groups) or 'those that the lattice is given'}")
+                raise InputError(f"the lattice has no group {group!r}: name one of its own, {', '.join(self.lattice.groups) or 'of which it has none'}; "
+                                 f"groups of options (bs_group_...) cannot be driven: give it as groups={{{group!r}: rows}} of the lattice")
             members = np.flatnonzero(self.lattice.groups[group])
             every = np.array(self.lattice.x, dtype=float)
             every[members] = array_of(f"the array of places of {group}", places, (len(members), self.lattice.dim))

@@ -41,6 +41,8 @@ def text_of(name: str, value: Option) -> str:
 
 def settings_of(options: Mapping[str, Option]) -> Settings:
     """[(name with its dash, text)] of keywords {name: value}; those whose value is None are left out, True gives a flag."""
+    if options.get("help") is not None:
+        raise InputError("option help: it prints the options and computes nothing: run the program, backspring -help, or ask for help(backspring.statics)")
     return [("-" + _whole_text(repr(name), name), text_of(name, value)) for name, value in options.items() if value is not None]
 
 

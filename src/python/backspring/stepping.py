@@ -51,7 +51,7 @@ def _frames(simulation: Simulation) -> Generator[Frame, None, None]:
     with simulation:
         more = True
         while more:
-            frame = simulation._last()
+            frame = simulation._last(changeable=True)
             stays = False
             try:
                 yield frame

@@ -30,12 +30,12 @@ class Watched(InProcess):
         self._bar: Optional[Progress] = None
         self.stopped, self._warned, self._raised, self._others = False, 0, None, False  # type: bool, int, Optional[BaseException], bool
 
-    def _frame(self) -> Frame:
+    def _frame(self, changeable: bool = False) -> Frame:
         raise NotImplementedError
 
-    def _last(self) -> Frame:
-        """The frame of now, with what it keeps."""
-        frame = self._frame()
+    def _last(self, changeable: bool = False) -> Frame:
+        """The frame of now, with what it keeps. changeable: the motion follows what is changed in it."""
+        frame = self._frame(changeable)
         frame._found()
         return frame
 
