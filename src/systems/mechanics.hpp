@@ -103,6 +103,8 @@ class Mechanics : public System {
   virtual PetscErrorCode give_motion(const std::string&, double, double, Vec) { return 0; }
   /// Whether forces are computed outside, by functions that no file holds.
   virtual bool forced_outside() const { return false; }
+  /// Whether the periodic box is strained at time t.
+  virtual bool box_strained(double) const { return false; }
   /// Whether forces relax with time where nothing moves, by histories that estimates of the error of y do not see; the same on every rank.
   virtual bool relaxes() const { return false; }
   /// Motions that are given: the group's name, and the times from and to which it is led [s]; the same on every rank.

@@ -182,3 +182,12 @@ def told_apart():
         apart.step(5)
         whole.step(5)
         assert abs(apart.x - whole.x).max() < 1e-7, abs(apart.x - whole.x).max()
+    cell = bs.Lattice([[0.0, 0], [1, 0], [0, 1], [1, 1]], [[0, 1], [0, 2], [1, 3], [2, 3]], stiffness=20.0, rest_length=1.0, box=(3.0, 3.0), periodic=(True, True))
+    for strain, warned in (("xx=expression:0.05", 1), ("xx=expression:0.05*t", 0)):
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            with bs.Simulation(cell, dt=1e-3, bs_box_strain=strain) as simulation:
+                simulation.step(2)
+                simulation.x = simulation.x
+                simulation.step(2)
+        assert sum("strained at the start" in str(one.message) for one in said) == warned == len(said), [str(one.message) for one in said]

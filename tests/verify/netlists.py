@@ -17,6 +17,7 @@ from harness import Checks
 from oracles_linear import States
 import h5py
 import numpy as np
+from program import environment, words
 import scipy.integrate
 
 LOW_PASS = """An RC low-pass
@@ -183,9 +184,32 @@ def from_conditions(checks, folder):
         checks.near(f"-bs_linear_dc {str(more['bs_linear_dc']).lower()} counts before IC", states.value[0, 2], expected, 1e-12)
 
 
+def by_name(checks, folder):
+    """-bs_linear_x0 with names gives each state its own number, whatever the order of its rows; names that are none of the circuit's are refused. A pulse that jumps at the
+    start is told of, and as one that rises in some time is SPICE's."""
+    netlist = "Two nodes\nC1 a 0 1u\nR1 a b 1k\nC2 b 0 10u\nR2 b 0 10k\n"
+    options = {"bs_netlist": folder / "circuit.cir", "ts_type": "cn", "ts_dt": 1e-5, "ts_max_time": 1e-3}
+    (folder / "circuit.cir").write_text(netlist)
+    for ranks in (1, 2):
+        for rows in ("V(b),1\nV(a),5\n", "v(A),5\nV(b),1\n"):
+            (folder / "x0.csv").write_text(rows)
+            states = States(checks, {**options, "bs_linear_x0": folder / "x0.csv"}, ranks=ranks)
+            checks.true(f"names of states, {ranks} ranks", states.labels == ["V(a)", "V(b)"], str(states.labels))
+            checks.near(f"each has its number, {ranks} ranks", states.value[0], [5, 1], 1e-15)
+    for rows, word in (("V(x),5\nV(b),1\n", "no value of the state V(a)"), ("V(b),5\nV(b),1\n", "V(b) is there twice")):
+        (folder / "x0.csv").write_text(rows)
+        done = subprocess.run([checks.program, *words({**options, "bs_linear_x0": folder / "x0.csv"})], cwd=folder, capture_output=True, text=True, env=environment(1))
+        checks.true(word, done.returncode == 2 and word in done.stderr, done.stderr[-200:])
+    jumps = "Pulse\nV1 a 0 PULSE(0 5 0 0 0 0.5m 2m)\nR1 a b 1k\nC1 b 0 1u\n"
+    checks.true("a jump at the start is told of", "source 1 jumps from 0 to 5 at the start" in run(checks, folder, jumps, 1e-6, 1e-5).stderr)
+    states = run(checks, folder, jumps.replace("0 0 0 0.5m", "0 1n 1n 0.5m"), 1e-6, 3e-4)
+    checks.true("one that rises is not", "jumps" not in states.stderr, states.stderr[:200])
+    checks.below("and is SPICE's", abs(states.value[-1, 1] - 5 * (1 - math.exp(-0.3))), 5e-3)
+
+
 def main():
     checks = Checks(__doc__)
-    for part in (low_pass, band_pass, sources, operating_point, from_conditions):
+    for part in (low_pass, band_pass, sources, operating_point, from_conditions, by_name):
         if checks.wants(part.__name__):
             with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
                 part(checks, pathlib.Path(folder))

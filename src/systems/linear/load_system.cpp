@@ -1,8 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
+#include "base/handle.hpp"
 #include "base/text.hpp"
+#include "base/vec_array.hpp"
 #include "input/matrix_load.hpp"
 #include "systems/linear/system.hpp"
 
@@ -100,6 +104,33 @@ PetscErrorCode check_rows(MPI_Comm comm, const LinearSystem& s) {
 
 }  // namespace
 
+/// Collective. x0, which has its numbers in the order of `names`, gets that of the system's states. Errors (exit 2): a name that is none of theirs,
+/// or that comes twice.
+static PetscErrorCode place_by_name(MPI_Comm comm, const std::string& file, const std::vector<std::string>& names, LinearSystem* s) {
+  std::map<std::string, std::size_t> row;
+  Error fault;
+  VecHandle whole;
+  ScatterHandle scatter;
+  PetscFunctionBegin;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    if (!row.emplace(lower(names[k]), k).second && !fault)
+      fault.note(static_cast<std::int64_t>(k), file + ": the state " + names[k] + " is there twice: give each one its value");
+  PetscCall(fail_if_any(comm, fault));
+  PetscCall(VecScatterCreateToAll(s->x0, scatter.out(), whole.out()));
+  PetscCall(VecScatterBegin(scatter, s->x0, whole, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, s->x0, whole, INSERT_VALUES, SCATTER_FORWARD));
+  const ReadArray given(whole);
+  const WriteArray x0(s->x0);
+  for (std::size_t i = 0; i < s->labels.size(); ++i) {
+    const auto found = row.find(lower(s->labels[i]));
+    if (found != row.end()) x0[static_cast<PetscInt>(i)] = given[static_cast<PetscInt>(found->second)];
+    else if (!fault)
+      fault.note(static_cast<std::int64_t>(i), file + ": there is no value of the state " + s->labels[i] + ": give each one its value");
+  }
+  PetscCall(fail_if_any(comm, fault));
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode load_system(MPI_Comm comm, const SystemOptions& o, LinearSystem* out) {
   PetscInt n, first, last;
   PetscFunctionBegin;
@@ -111,10 +142,14 @@ PetscErrorCode load_system(MPI_Comm comm, const SystemOptions& o, LinearSystem* 
   PetscCall(VecZeroEntries(out->x0));
   PetscCall(VecGetSize(out->x0, &n));
   PetscCall(VecGetOwnershipRange(out->x0, &first, &last));
-  std::vector<std::string> names;
+  std::vector<std::string> names, labels;
   if (!o.x0.empty()) PetscCall(load_vector(comm, o.x0, "-bs_linear_x0", out->x0, &names));
-  if (!o.labels.empty()) PetscCall(read_labels(comm, o.labels, n, &names));
-  if (!names.empty()) out->labels.assign(names.begin() + first, names.begin() + last);
+  if (!o.labels.empty()) PetscCall(read_labels(comm, o.labels, n, &labels));
+  if (!labels.empty()) out->labels.assign(labels.begin() + first, labels.begin() + last);
+  bool labelled = !out->labels.empty();
+  PetscCall(on_some_rank(comm, labelled, &labelled));
+  if (!names.empty() && labelled) PetscCall(place_by_name(comm, o.x0, names, out));
+  else if (!names.empty()) out->labels.assign(names.begin() + first, names.begin() + last);
   PetscFunctionReturn(0);
 }
 

@@ -60,6 +60,7 @@ class ParticleModel final : public Mechanics {
     return constraints_.give(group, from, to, places);
   }
   bool forced_outside() const override { return callback_.active(); }
+  bool box_strained(double t) const override { return constraints_.box().strained(t); }
   bool relaxes() const override { return net_.relaxes; }
   std::vector<GivenMotion> given_motions() const override { return constraints_.given_motions(); }
   std::string given_motion() const override { return constraints_.given(); }

@@ -175,6 +175,16 @@ PetscErrorCode Cell::reaches(double t_end) const {
   PetscFunctionReturn(0);
 }
 
+bool Cell::strained(double t) const {
+  double F[9], rate[9];
+  if (!active()) return false;
+  gradient(t, F, rate);
+  for (int r = 0; r < dim_; ++r)
+    for (int c = 0; c < dim_; ++c)
+      if (std::abs(F[r * dim_ + c] - (r == c ? 1 : 0)) > 1e-12) return true;
+  return false;
+}
+
 PetscErrorCode Cell::add_flow(Vec y) const {
   const PetscInt d = dim_;
   const Layout at{d, net_->n};
