@@ -222,7 +222,7 @@ bool is_listed(const std::set<std::string>& names, const std::string& name) {
   const std::string given = lower(name);
   return std::any_of(names.begin(), names.end(), [&given](const std::string& one) {
     const std::size_t stem = one.size() - WORD;
-    return lower(one) == given || (one.compare(stem, WORD, "NAME") == 0 && given.size() > stem && given.compare(0, stem, one, 0, stem) == 0);
+    return lower(one) == given || (one.compare(stem, WORD, "NAME") == 0 && given.size() > stem && given.compare(0, stem, lower(one), 0, stem) == 0);
   });
 }
 
