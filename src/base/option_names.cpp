@@ -26,6 +26,13 @@ bool is_given(const std::string& option) {
   return !PetscOptionsHasName(nullptr, nullptr, option.c_str(), &found) && found;
 }
 
+PetscErrorCode read_start_time(PetscReal* time) {
+  PetscFunctionBegin;
+  *time = 0;
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", time, nullptr));
+  PetscFunctionReturn(0);
+}
+
 std::vector<std::string> words_of_environment() {
   const char* const more = std::getenv("PETSC_OPTIONS");
   std::istringstream in(more ? more : "");

@@ -11,6 +11,9 @@ namespace bs {
 /// Local. Whether `option` (with its dash) is given. It counts as used from then on.
 bool is_given(const std::string& option);
 
+/// Local. The time at which motions start: -ts_init_time, or 0 [s].
+PetscErrorCode read_start_time(PetscReal* time);
+
 /// Local. The words of PETSC_OPTIONS.
 std::vector<std::string> words_of_environment();
 

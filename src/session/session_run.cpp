@@ -34,7 +34,7 @@ PetscErrorCode Session::Impl::open() {
   PetscCall(make_model(&model));
   PetscCall(model->fingerprint(&made_of));
   PetscCall(count_particles());
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  PetscCall(read_start_time(&start));
   PetscFunctionReturn(0);
 }
 

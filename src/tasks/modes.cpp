@@ -223,7 +223,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* equilib
     Loads still;  // what is driven, and a box that is strained, has its place at the start and no velocity, which would act on dampers
     still.at_rest = true;
     there->mechanics()->set_loads(still);
-    PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &time, nullptr));
+    PetscCall(read_start_time(&time));
     PetscCall(at_rest(there->initial_state(), y.out()));
   }
   PetscBool others = PETSC_FALSE;  // another run of this task is under way, as when this one only lists its options

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
+#include "base/option_names.hpp"
 #include "base/vec_array.hpp"
 #include "systems/layout.hpp"
 
@@ -191,8 +192,8 @@ PetscErrorCode Cell::add_flow(Vec y) const {
   double L[9];
   PetscFunctionBegin;
   if (!moving()) PetscFunctionReturn(0);
-  PetscReal start = 0;
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  PetscReal start;
+  PetscCall(read_start_time(&start));
   velocity_gradient(start, L);
   const WriteArray ay(y);
   for (PetscInt i = 0; i < net_->n; ++i)
