@@ -122,10 +122,8 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
   PetscCall(TSGetTimeStep(ts, &proposed));
   const double taken = time - before;
   *landed = length_.has_landed(time);
-  if (*landed) {
-    time = length_.target();
-    PetscCall(TSSetTime(ts, time));
-  }
+  time = length_.end_of_step(time, clock_.previous());
+  PetscCall(TSSetTime(ts, time));
   length_.follow(taken, *landed, record->rejected > 0, proposed);
   PetscCall(TSSetTimeStep(ts, length_.next()));
   counter_.set_steps(steps);

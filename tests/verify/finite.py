@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What is given over time (motions, boxes, anchors, tables, expressions, loads) may jump, grow beyond all bounds or leave a box without volume, and
 numbers may be too large: whatever a run leaves behind, every number in its files is finite, and the last frame is one that can be."""
+import decimal
 import itertools
 import json
 import pathlib
@@ -105,6 +106,11 @@ def jumps(checks, folder):
         checks.true(f"jump, {kind}", code == 2 and "-bs_motion_g: the motion of particle 4 jumps at t = 0.5 s" in said, said)
     r = checks.run({**chain, "bs_motion_g": "x=expression:0.1*step(t-0.5)", "bs_task": "statics", "bs_load_steps": 4}, interval=0).trajectory
     checks.near("in statics the springs bear k u/4 from there on", np.ravel(r.observables["reaction/g"]), np.array([0, 0, 1, 1, 1]) * 8 * 0.1 / 4, 1e-12)
+    (folder / "rest.csv").write_text("t,s\n0,0\n0.5,0\n1,0.05\n")
+    for kind, more in TYPES.items():
+        found = [checks.run({**chain, "bs_motion_g": text, "ts_type": kind, **more, "ts_dt": 0.01, "ts_max_time": 1}, interval=0.25).trajectory
+                 for text in ("x=expression:0.1*(t-0.5)*step(t-0.5)", f"x=table:{folder / 'rest.csv'}")]
+        checks.near(f"what bends from rest is followed, {kind}", found[0].position, found[1].position, 1e-14)
     (folder / "s.csv").write_text("t,s\n0,0\n0.5,0.05\n1,0.05\n")
     bent = {**chain, "ts_type": "cn", "ts_dt": 0.01, "ts_max_time": 1}
     found = [checks.run({**bent, "bs_motion_g": text}, interval=0.25).trajectory
@@ -112,6 +118,22 @@ def jumps(checks, folder):
     for k, name in ((1, "a ramp by step() is the table's"), (2, "a ramp by abs() too")):
         checks.near(name, found[0].position, found[k].position, 1e-14)
         checks.near(name + ", velocities", found[0].velocity, found[k].velocity, 1e-13)
+
+
+def decimals(checks, folder):
+    """Steps end at the decimals that their number says, where rows of tables and step() are met by their own time, not missed by the rounding of a sum."""
+    chain = {"bs_lattice_type": "chain", "bs_lattice_size": 3, "bs_lattice_dim": 1, "bs_lattice_fixed": "xmin", "bs_group_g": "xmax", "bs_lattice_damping": 1}
+    for kind, h, start, interval in (("beuler", "0.1", "0", 0), ("cn", "0.01", "0", 0), ("symplectic", "0.003", "0", 0), ("beuler", "0.1", "0.05", 0), ("bdf", "0.07", "0", 0.21)):
+        steps, row = 60, 27
+        times = [float(decimal.Decimal(start) + k * decimal.Decimal(h)) for k in range(steps + 1)]
+        (folder / "row.csv").write_text("t,s\n-1,0\n" + f"{times[row]},0\n{times[-1]},{times[-1] - times[row]}\n")
+        for name, text in (("table", f"x=table:{folder / 'row.csv'}"), ("expression", f"x=expression:(t-{times[row]})*step(t-{times[row]})")):
+            r = checks.run({**chain, "bs_motion_g": text, "ts_type": kind, "ts_dt": h, "ts_init_time": start, "ts_max_time": times[-1], **({"ts_adapt_type": "none"} if kind == "bdf" else {})},
+                           interval=interval).trajectory
+            last = r.velocity[:, np.argsort(r.id)][:, -1, 0] if r.velocity.ndim == 3 else r.velocity
+            stride = 3 if interval else 1
+            checks.near(f"{kind}, {name}, steps of {h} s from {start} s: their ends", r.time, times[::stride], 0)
+            checks.near(f"{kind}, {name}, steps of {h} s from {start} s: the row is met at its time", last, np.where(np.array(times[::stride]) >= times[row], 1.0, 0.0), 1e-12)
 
 
 def volumes(checks, folder):
@@ -131,4 +153,4 @@ def volumes(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (walk, jumps, volumes))
+    run_parts(__doc__, (walk, jumps, decimals, volumes))

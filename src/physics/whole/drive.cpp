@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/rounding.hpp"
 #include "physics/vector.hpp"
 
 namespace bs {
@@ -22,7 +23,8 @@ void Drive::follow(const Component& one, double t, const double* x0, double* s) 
     one.expression.at(t, x0, s);
   } else if (one.kind == Kind::table) {
     const std::vector<double>&time = one.time, &shift = one.shift;
-    const auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
+    auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
+    if (const auto next = static_cast<std::size_t>(after); next < time.size() && snap(t, time[next]) == time[next]) t = time[next], ++after;
     const std::size_t k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, static_cast<std::ptrdiff_t>(time.size()) - 2));
     const double slope = (shift[k + 1] - shift[k]) / (time[k + 1] - time[k]), slack = 1e-9 * (time.back() - time.front());
     // from the left end only: exact there, so the last row is taken by itself
@@ -98,7 +100,7 @@ bool Drive::jumps_by_place() const {
 //   u(b) - u(a) - (b - a) (u'(a) + u'(b))/2
 // are further apart: it falls as (b - a)^3, at a bend as b - a, at a jump not at all.
 static double find_jump(const Expression& u, double a, double b, const double* x0) {
-  constexpr double NOTHING = 1e-9;  // of u
+  constexpr double NOTHING = 1e-9;  // of u, and of what the whole interval misses
   double left[3], right[3], middle[3];
   u.at(a, x0, left);
   u.at(b, x0, right);
@@ -106,7 +108,8 @@ static double find_jump(const Expression& u, double a, double b, const double* x
     const double gap = std::abs(to[0] - from[0] - h / 2 * (from[1] + to[1]));
     return std::isfinite(gap) ? gap : INFINITY;
   };
-  const double least = NOTHING * std::max(std::abs(left[0]), std::abs(right[0]));
+  double least = NOTHING * std::max(std::abs(left[0]), std::abs(right[0]));
+  if (const double whole = missed(b - a, left, right); std::isfinite(whole)) least = std::max(least, NOTHING * whole);
   while (missed(b - a, left, right) > least) {
     const double m = a + (b - a) / 2;
     if (!(m > a && m < b)) return b;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/rounding.hpp"
 #include "physics/whole/jet.hpp"
 
 namespace bs {
@@ -225,10 +226,10 @@ void Expression::run(double t, const double* x0, double* out) const {
 
 void Expression::at(double t, const double* x0, double* out) const {
   if (by_place_) {
-    run(t, x0, out);
+    run(decimal_time(t), x0, out);
     return;
   }
-  if (t != time_) run(t, x0, value_);
+  if (t != time_) run(decimal_time(t), x0, value_);
   time_ = t;
   std::copy_n(value_, 3, out);
 }

@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/handle.hpp"
+#include "base/rounding.hpp"
 #include "base/text.hpp"
 #include "base/vec_array.hpp"
 #include "input/matrix_load.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include "base/rounding.hpp"
 #include "base/text.hpp"
 
 namespace bs {
@@ -48,8 +49,6 @@ double piecewise(double t, const std::vector<double>& p) {
 }
 
 }  // namespace
-
-double snap(double t, double knot) { return std::isfinite(knot) && std::abs(t - knot) <= 1e-10 * std::abs(knot) ? knot : t; }
 
 double Waveform::at(double t) const {
   switch (kind_) {

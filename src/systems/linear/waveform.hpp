@@ -34,9 +34,6 @@ std::string read_waveform(const std::string& text, Waveform* out);
 /// Waveforms separated by ';'.
 std::string read_waveforms(const std::string& text, std::vector<Waveform>* out);
 
-/// `t`, moved onto `knot` if it is that but for rounding.
-double snap(double t, double knot);
-
 /// The grammar, for -help.
 const char* waveform_help();
 

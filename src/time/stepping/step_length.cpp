@@ -37,6 +37,12 @@ bool StepLength::shortened() const { return landing_ && planned_ < nominal_ * (1
 
 bool StepLength::has_landed(double time) const { return landing_ && std::abs(time - target_) <= std::max(SAME * planned_, time_rounding(target_)); }
 
+double StepLength::end_of_step(double time, double anchor) const {
+  if (has_landed(time)) return target_;
+  const double whole = adaptive_ ? NAN : decimal_time(anchor + std::round((time - anchor) / nominal_) * nominal_);
+  return std::abs(whole - time) <= std::max(time_rounding(time), time_rounding(anchor)) ? whole : time;
+}
+
 double StepLength::recorded(double taken) const { return std::abs(taken - planned_) <= SAME * planned_ ? planned_ : taken; }
 
 void StepLength::follow(double taken, bool landed, bool rejected, double proposed) {
@@ -91,14 +97,14 @@ std::string StepLength::restore(const Facts& facts) {
 
 double OutputClock::next(double time) const {
   if (interval_ <= 0) return end_;
-  double next = start_ + static_cast<double>(frame_) * interval_;
+  double next = output_time(frame_);
   // k*interval may lie a rounding error before the end
   if (next > end_ || std::abs(next - end_) <= SAME_STEP * interval_) next = end_;
   return std::max(next, time);
 }
 
 void OutputClock::pass(double time) {
-  if (interval_ <= 0 || start_ + static_cast<double>(frame_) * interval_ - time <= SAME_STEP * interval_) ++frame_;
+  if (interval_ <= 0 || output_time(frame_) - time <= SAME_STEP * interval_) ++frame_;
 }
 
 void OutputClock::restore(const Facts& facts, double time) {

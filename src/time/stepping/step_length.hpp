@@ -34,6 +34,9 @@ class StepLength {
   bool shortened() const;
   /// Whether the good step that ended at `time` has landed on the target, up to rounding.
   bool has_landed(double time) const;
+  /// The time at which a good step has ended that TS has end at `time`: the target where it has landed there; otherwise so many whole steps after
+  /// the output time `anchor`, which no sum of roundings has moved, where steps are constant.
+  double end_of_step(double time, double anchor) const;
   /// The length to be recorded for a step whose ends are `taken` apart: the planned one, but for rounding.
   double recorded(double taken) const;
   /// After a good step of length `taken`; `rejected`: attempts at it were; `proposed`: the method's choice for the next one. The
@@ -108,6 +111,8 @@ class OutputClock {
   double interval() const { return interval_; }
   /// The output time that is due next; `time` itself where it is past that.
   double next(double time) const;
+  /// The one before it, or the start.
+  double previous() const { return output_time(frame_ - 1); }
   /// A step has landed at `time`: on the output time that was due next, or on an end before it.
   void pass(double time);
   bool is_end(double target) const { return target >= end_; }
@@ -116,6 +121,8 @@ class OutputClock {
   void restore(const Facts& facts, double time);
 
  private:
+  double output_time(std::int64_t k) const { return decimal_time(start_ + static_cast<double>(k) * interval_); }
+
   double start_ = 0, end_ = 0, interval_ = 0;
   std::int64_t frame_ = 1;  ///< k of the output time that is due next
 };
