@@ -182,6 +182,27 @@ def momenta(checks, scratch):
         checks.near("free net, angular momentum lost in every step", np.diff(r.observables["angular_momentum"][:, 2]), cross, 1e-11)
 
 
+def centres(checks, scratch):
+    """Pulls to a centre that is a particle, and of the centre of mass: their energies make the sum that the motion keeps, by the formulas of the laws."""
+    rng, n, h, p, value = np.random.default_rng(8), 6, 0.01, 1.5, 300.0
+    x, v, m = rng.uniform(20, 60, (n, 2)), rng.uniform(-3, 3, (n, 2)), rng.uniform(0.5, 2, n)
+    x[0], v[0], fixed = 0, 0, np.arange(n) == 0
+    path = System(x, v, m, fixed).write(scratch / "centre.h5")
+    run = {"bs_model": "particles", "bs_lattice_file": path, "ts_type": "verlet", "ts_dt": h, "ts_max_time": 200 * h}
+    pull = {"bs_xsp_attraction": value, "bs_xsp_attraction_exponent": p}
+    whole = {"bs_xsp_center_of_mass": 40.0, "bs_xsp_center_particle": 0}
+    with checks.group("centres"):
+        found = {name: checks.run({**run, **o}, interval=10 * h).trajectory
+                 for name, o in (("a point", {**pull, "bs_xsp_attraction_center": (0, 0)}), ("a particle", {**pull, "bs_xsp_center_particle": 0}), ("the centre of mass", whole))}
+        energies = {name: np.ravel(r.observables["total_energy"]) for name, r in found.items()}
+        checks.near("pull to a particle: the energy is that to a point there", energies["a particle"], energies["a point"] - energies["a point"][0] + energies["a particle"][0], 1e-9)
+        for name, e in energies.items():
+            checks.below(f"pull, {name}: energy is kept", np.ptp(e), 2e-3 * np.ptp(np.ravel(found[name].observables["kinetic_energy"])))
+        r = found["the centre of mass"]
+        X = (m[1:, None] * r.position[:, 1:]).sum(1) / m[1:].sum()
+        checks.near("pull of the centre of mass: its energy", np.ravel(r.observables["potential_energy"]), 20.0 * (X**2).sum(1), 1e-9)
+
+
 def built_in(checks, scratch):
     """The same facts at other numbers, from their formulas."""
     oscillator_factors(checks, scratch, closed_factors())
@@ -191,6 +212,7 @@ def built_in(checks, scratch):
     z = np.concatenate([[0], -np.cumsum([0.1 * (1 + 0.02 * 9.8 * (4 - k) / 30) for k in range(4)])])
     column(checks, scratch, "of four", z, 0.1, 30.0, 0.02, 9.8)
     momenta(checks, scratch)
+    centres(checks, scratch)
 
 
 def tabulated(checks, scratch):

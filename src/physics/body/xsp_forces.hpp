@@ -29,10 +29,11 @@ struct XspAttraction {
 
   template <class V>
   void options(V& o) {
-    const bool on = o.real("-bs_xsp_attraction",
-                           "attraction of XSpringies: acceleration value/r^p toward the centre at distances r beyond the radius + 1, value "
-                           "(r/l)^2/l^p inside, l = radius + 1; a negative value repels, 0: none [pixel/s^2]",
-                           value);
+    const bool on = o.real(
+        "-bs_xsp_attraction",
+        "attraction of XSpringies: acceleration value/r^p toward the centre at distances r beyond l, value (r/l)^2/l^p inside, l = 1 + the radius "
+        "that XSpringies gives a mass, max(1, min(64, trunc(2 ln(4 m + 1)))); a negative value repels, 0: none [pixel/s^2]",
+        value);
     const bool power = o.real("-bs_xsp_attraction_exponent", "attraction of XSpringies: exponent p [1]", exponent);
     // read by -bs_xsp_center_of_mass, too, so it may stand without an attraction
     read_vector(o, "-bs_xsp_attraction_center", "centre x,y[,z] of -bs_xsp_attraction and -bs_xsp_center_of_mass [pixel]", center, components);
@@ -43,14 +44,9 @@ struct XspAttraction {
     return "attraction " + short_number(value) + "/r^" + short_number(exponent) + " to " + vector_text(center, components);
   }
 
-  /// The work done against the force from |r| = l on: 0 there.
   template <int d>
   double energy(const Point<d>& p) const noexcept {
-    double r[d];
-    for (int i = 0; i < d; ++i) r[i] = center[i] - p.x[i];
-    const double s = norm<d>(r), l = xsp_radius(p.m) + 1;
-    if (s >= l) return p.m * value * power_integral(l, s, exponent);
-    return p.m * value * std::pow(l, 1 - exponent) * ((s / l) * (s / l) * (s / l) - 1) / 3;
+    return attraction_energy<d>(p.m, value, exponent, p.x, center);
   }
   template <int d>
   bool force(const Point<d>& p, double* f) const noexcept {
@@ -64,7 +60,16 @@ struct XspAttraction {
   template <int d>
   void dfdv(const Point<d>&, double*) const noexcept {}
 
-  /// ADDS the force on a particle of mass m at x toward C; for centres that move, too.
+  /// Of a particle of mass m at x: the work done against the force from |r| = l on, 0 there. Like the two below for centres that move, too.
+  template <int d>
+  static double attraction_energy(double m, double value, double exponent, const double* x, const double* C) noexcept {
+    double r[d];
+    for (int i = 0; i < d; ++i) r[i] = C[i] - x[i];
+    const double s = norm<d>(r), l = xsp_radius(m) + 1;
+    if (s >= l) return m * value * power_integral(l, s, exponent);
+    return m * value * std::pow(l, 1 - exponent) * ((s / l) * (s / l) * (s / l) - 1) / 3;
+  }
+  /// ADDS the force on it toward C.
   template <int d>
   static void attraction_force(double m, double value, double exponent, const double* x, const double* C, double* f) noexcept {
     double r[d];
@@ -102,8 +107,8 @@ struct XspWalls {
   template <class V>
   void options(V& o) {
     o.real("-bs_xsp_walls",
-           "walls of XSpringies: acceleration value/max(1, gap)^p away from each wall, with the gap measured from the particle's rim, 0 behind the "
-           "wall; a negative value attracts, 0: none [pixel/s^2]",
+           "walls of XSpringies: acceleration value/max(1, gap)^p away from each wall, with the gap measured from the particle's rim (its radius is "
+           "that of -bs_xsp_attraction), 0 behind the wall; a negative value attracts, 0: none [pixel/s^2]",
            value);
     o.real("-bs_xsp_walls_exponent", "walls of XSpringies: exponent p [1]", exponent);
     int count = 4;

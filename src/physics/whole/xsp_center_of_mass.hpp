@@ -25,6 +25,13 @@ struct XspCenterOfMass {
   bool active() const noexcept { return value != 0 || damping != 0; }
   std::string describe() const { return "pull of the centre of mass " + short_number(value) + " N/m, damping " + short_number(damping) + " kg/s"; }
 
+  /// value/2 |X - C|^2, of which the forces on the particles concerned are the slopes where C is at rest.
+  template <int d>
+  double energy(const double* X, const double* C) const noexcept {
+    double square = 0;
+    for (int i = 0; i < d; ++i) square += (X[i] - C[i]) * (X[i] - C[i]);
+    return value / 2 * square;
+  }
   /// ADDS the acceleration to a[d]; S > 0. da/dX = -value/S I, da/dV = -damping/S I, da/dC = value/S I.
   template <int d>
   void acceleration(const double* X, const double* V, const double* C, double S, double* a) const noexcept {

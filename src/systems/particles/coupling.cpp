@@ -81,9 +81,17 @@ PetscErrorCode Coupling::gather(const LocalState& state) {
   PetscFunctionReturn(0);
 }
 
-void Coupling::forces(Part part, double t, const LocalState& state, double* f, Singularity*, Energies*) const {
+void Coupling::forces(Part part, double t, const LocalState& state, double* f, Singularity*, Energies* sum) const {
   with_dimension([&](auto d) {
     for (const PetscInt i : rows_[static_cast<int>(part)]) add_force<d>(i, point<d>(i, t, state), f + i * d);
+  });
+  if (sum && part == Part::boundary) energies(t, state, sum);
+}
+
+void Coupling::energies(double t, const LocalState& state, Energies* sum) const {
+  with_dimension([&](auto d) {
+    for (PetscInt i = 0; i < net_->n; ++i)
+      if (net_->fixed[i] != 1) sum->field += energy<d>(i, point<d>(i, t, state));
   });
 }
 

@@ -28,6 +28,7 @@ class Coupling final : public Term {
   PetscErrorCode gather(const LocalState& state) override;
   void forces(Part part, double t, const LocalState& state, double* f, Singularity* fault, Energies* sum) const override;
   void forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const override;
+  void energies(double t, const LocalState& state, Energies* sum) const override;
   void supply(double t, const LocalState& state, Supply* sum) const override;
   void add_row(PetscInt i, double t, const LocalState& state, double* panel, PetscInt width) const override;
   bool depends_on_place() const override { return true; }
@@ -59,6 +60,14 @@ class Coupling final : public Term {
       for (int c = 0; c < d; ++c) f[c] += p.m * a[c];
     }
     if (attracts() && i != center_) XspAttraction::attraction_force<d>(p.m, pull_.value, pull_.exponent, p.x, C_, f);
+  }
+  /// As if the centre was at rest. That of the centre of mass is the particles' by their masses.
+  template <int d>
+  double energy(PetscInt i, const Point<d>& p) const noexcept {
+    double E = 0;
+    if (selected(i)) E += p.m / S_ * mass_.energy<d>(X_, C_);
+    if (attracts() && i != center_) E += XspAttraction::attraction_energy<d>(p.m, pull_.value, pull_.exponent, p.x, C_);
+    return E;
   }
   /// Adds df_i/dx_i and df_i/dv_i.
   template <int d>

@@ -56,7 +56,7 @@ PetscErrorCode ParticleModel::strain_response(double t, Vec y, StrainResponse* o
   else if (net_.anchors_total > 0) out->held = "anchors";
   else if (std::any_of(terms_->begin(), terms_->end(), [](const Term* term) { return term->depends_on_place(); }))
     out->held = "forces that depend on the place in space";
-  PetscCall(state_.gather(t, y));
+  PetscCall(gather(t, y));
   out->force.assign(static_cast<std::size_t>(q) * static_cast<std::size_t>(net_.n * d), 0.0);
   out->affine.assign(static_cast<std::size_t>(q * q), 0.0);
   out->size.assign(static_cast<std::size_t>(q), 0.0);

@@ -53,6 +53,13 @@ void ParticleModel::note_interior(double t, const Singularity& fault) {
   interior_ = {depends_on_state_alone() && fault.kind == Singularity::none, state_.version(), t};
 }
 
+PetscErrorCode ParticleModel::gather(double t, Vec y) {
+  PetscFunctionBegin;
+  PetscCall(state_.gather(t, y));
+  PetscCall(terms_->gather(state_));
+  PetscFunctionReturn(0);
+}
+
 /// This rank's energies of y, which state_ holds: a frame's observables and what watches the energy ask for those of the same state.
 const Energies& ParticleModel::energies_at(double t, Vec y) {
   constexpr int MOST_WASTED = 2;  // passes in a row that summed energies and forces together, and whose forces were not asked for

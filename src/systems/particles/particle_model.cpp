@@ -176,13 +176,13 @@ PetscErrorCode ParticleModel::create_state() {
 /// A spring that starts beyond its yield force has yielded. A continued run goes on from other histories than these.
 PetscErrorCode ParticleModel::commit_start() {
   double before = 0, after = 0;
-  PetscReal start = 0;
+  PetscReal start;
   PetscFunctionBegin;
   if (!terms_->remembers()) PetscFunctionReturn(0);
   const bool continued = is_given("-bs_restart") || held_by<Client>(net_.comm).gives_histories;
   PetscCall(terms_->dissipated(&before));
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
-  PetscCall(state_.gather(start, y0_));
+  PetscCall(read_start_time(&start));
+  PetscCall(gather(start, y0_));
   PetscCall(commit({start, 0}));
   PetscCall(terms_->dissipated(&after));
   if (after > before && !continued)

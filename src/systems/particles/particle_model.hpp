@@ -113,6 +113,8 @@ class ParticleModel final : public Mechanics {
   bool depends_on_state_alone() const;
   bool knows_interior(double t) const;
   void note_interior(double t, const Singularity& fault);
+  /// Collective. What every evaluation of the terms needs of the state: ghosts, and sums over all particles.
+  PetscErrorCode gather(double t, Vec y);
   const Energies& energies_at(double t, Vec y);
 
   Network net_;

@@ -94,7 +94,7 @@ PetscErrorCode ParticleModel::numbers(const std::string& name, std::vector<doubl
 PetscErrorCode ParticleModel::force_changes(const std::string& name, double t, Vec y, Vec lambda, std::vector<double>* rows) {
   LocalState direction;
   PetscFunctionBegin;
-  PetscCall(state_.gather(t, y));
+  PetscCall(gather(t, y));
   PetscCall(direction.create(net_, y));
   PetscCall(direction.gather_direction(lambda));
   rows->clear();

@@ -50,7 +50,7 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   const PetscInt d = net_.dim;
   PetscFunctionBegin;
   const LoggedTime logged(LogEvent::energies, y);
-  PetscCall(state_.gather(t, y));
+  PetscCall(gather(t, y));
   const Energies e = energies_at(t, y);
   double sums[9] = {e.kinetic, e.elastic, e.field};
   std::copy_n(e.momentum, 3, sums + 3);
@@ -70,7 +70,6 @@ PetscErrorCode ParticleModel::observe(double t, Vec y, std::vector<Observable>* 
   out->push_back({"momentum", std::vector<double>(sums + 3, sums + 3 + d)});
   out->push_back({"angular_momentum", std::vector<double>(sums + 6, sums + 9)});
   if (reactions_.reports() || reactions_.works()) {
-    PetscCall(terms_->gather(state_));
     reactions_.begin(t, state_);
     PetscCall(reactions_.observe(t, state_, out));
   }
@@ -112,7 +111,7 @@ PetscErrorCode ParticleModel::fields(double t, Vec y, std::vector<Field>* out) {
     PetscCall(draw_broken(broken));
     out->push_back({"/backspring/drawn", drawn_, false, {}, false, true});
   }
-  if (springs_.active() || stress_.in_frames()) PetscCall(state_.gather(t, y));
+  if (springs_.active() || stress_.in_frames()) PetscCall(gather(t, y));
   if (stress_.in_frames()) {
     Vec stresses;
     PetscCall(stress_.field(*terms_, t, state_, static_cast<PetscInt>(lattice_.particles.count), &stresses));

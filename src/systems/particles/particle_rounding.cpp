@@ -37,7 +37,7 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   const int d = std::clamp(net_.dim, 1, 3);
   double edges[9] = {}, far[3] = {0, 0, 0};
   PetscFunctionBegin;
-  PetscCall(state_.gather(t, y));
+  PetscCall(gather(t, y));
   std::vector<double> laws(static_cast<std::size_t>(net_.n)), ends;
   farthest_ends(net_, state_, &ends);
   if (constraints_.box().active()) constraints_.box().edges(t, edges, nullptr);
@@ -55,8 +55,7 @@ PetscErrorCode ParticleModel::force_sizes(double t, Vec y, std::vector<double>* 
   const std::vector<PetscInt>& held = constraints_.holders();
   std::vector<double> force(held.size() * d), square(held.size(), 0.0);
   PetscFunctionBegin;
-  PetscCall(state_.gather(t, y));
-  PetscCall(terms_->gather(state_));
+  PetscCall(gather(t, y));
   inner->assign(static_cast<std::size_t>(net_.n), 0.0);
   outer->assign(static_cast<std::size_t>(net_.n), 0.0);
   for (PetscInt i = 0; i < net_.n; ++i)
@@ -81,8 +80,7 @@ PetscErrorCode ParticleModel::energy_supply(double t, Vec y, EnergySupply* out, 
   PetscFunctionBegin;
   *has = true;
   const LoggedTime logged(LogEvent::energies, y);
-  PetscCall(state_.gather(t, y));
-  if (coupling_.active()) PetscCall(terms_->gather(state_));
+  PetscCall(gather(t, y));
   const Energies e = energies_at(t, y);
   Supply s;
   for (const Term* term : *terms_) term->supply(t, state_, &s);

@@ -46,8 +46,7 @@ bool ParticleModel::begins_steps() const {
 
 PetscErrorCode ParticleModel::begin_step(const Step& step, Vec y) {
   PetscFunctionBegin;
-  PetscCall(state_.gather(step.t, y));
-  PetscCall(terms_->gather(state_));
+  PetscCall(gather(step.t, y));
   for (Term* term : *terms_) PetscCall(term->begin_step(step, state_));
   interior_.known = false;
   known_.vec = 0;
@@ -59,9 +58,8 @@ PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
   PetscFunctionBegin;
   constraints_.box().keep_strains();
   if (!terms_->remembers() && !reactions_.works() && !breaks()) PetscFunctionReturn(0);
-  PetscCall(state_.gather(t, y));
+  PetscCall(gather(t, y));
   PetscCall(commit(step));
-  PetscCall(terms_->gather(state_));
   PetscCall(reactions_.advance(t, state_));
   PetscCall(terms_->breaking().break_parts(t, loads_ ? t : 1, loads_, state_));
   if (terms_->breaking().broke() == 0) PetscFunctionReturn(0);
@@ -75,9 +73,8 @@ PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   PetscFunctionBegin;
   constraints_.box().keep_strains();
   known_.vec = 0;
-  PetscCall(state_.gather(t, y));
+  PetscCall(gather(t, y));
   PetscCall(commit({t, 0}));
-  PetscCall(terms_->gather(state_));
   reactions_.renew(t, state_);
   PetscFunctionReturn(0);
 }
@@ -100,8 +97,7 @@ PetscErrorCode ParticleModel::place_held(double t, Vec y) {
 PetscErrorCode ParticleModel::reactions(double t, Vec y, std::vector<double>* out) {
   const std::size_t d = static_cast<std::size_t>(net_.dim);
   PetscFunctionBegin;
-  PetscCall(state_.gather(t, y));
-  PetscCall(terms_->gather(state_));
+  PetscCall(gather(t, y));
   const std::vector<double> reaction = reactions_.of_holders(t, state_);
   out->assign(static_cast<std::size_t>(net_.n) * d, 0.0);
   constraints_.for_held([&](std::size_t k, int c) { (*out)[static_cast<std::size_t>(constraints_.holders()[k]) * d + c] = reaction[k * d + c]; });
