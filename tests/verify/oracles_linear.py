@@ -425,6 +425,17 @@ def check_start_words(checks, folder):
         run = States(checks, {**system, "ts_type": kind, **extra})
         checks.true(f"inconsistent start, {kind} {extra}", all(w in run.stderr for w in (*holds, "violates algebraic row 4", "-bs_linear_dc"))
                     and not any(re.search(rf"\b{w}\b", run.stderr) for w in lacks), run.stderr.strip()[60:])
+    # no row of C is empty: its two rows add up to an algebraic equation; and an empty one beside large numbers elsewhere
+    (folder / "cut.cir").write_text("t\nI1 0 a 1\nR1 a 0 1\nR2 b 0 1\nC1 a b 1\n")
+    (folder / "stiff.cir").write_text("t\nI1 0 a 1\nR1 a 0 1\nR2 a b 1\nC1 b 0 1\nRs c d 1n\nC2 c 0 1\nC3 d 0 1\n")
+    (folder / "stiff.csv").write_text("V(a),0\nV(b),0\nV(c),10\nV(d),10\n")
+    times = {"ts_type": "cn", "ts_dt": 0.1, "ts_max_time": 0.5}
+    for name, start, rows in (("cut", {"bs_linear_dc": False}, "violates algebraic row 1, with those that cancel its derivatives, by 1"), ("stiff", {"bs_linear_x0": folder / "stiff.csv"}, "violates algebraic row 1 by 1")):
+        netlist = {"bs_model": "linear", "bs_netlist": folder / f"{name}.cir", **times}
+        run = States(checks, {**netlist, **start})
+        checks.true(f"{name}: inconsistent", rows in run.stderr and "or -bs_linear_be_steps 1" in run.stderr, run.stderr.strip())
+        run = States(checks, {**netlist, "bs_linear_dc": True})
+        checks.true(f"{name}: an operating point is not", "violates" not in run.stderr, run.stderr.strip())
     run = States(checks, {**system, "bs_linear_x0": None, "bs_linear_dc": True, "ts_type": "cn"})
     checks.true("an operating point is not warned of", "violates" not in run.stderr, run.stderr)
 

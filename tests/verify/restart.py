@@ -132,6 +132,9 @@ def dynamics(checks, folder):
     compare(checks, folder, "cables that become taut", taut_cables(folder), (None,))
     heat = {"bs_model": "linear", "bs_linear_type": "heat1d", "bs_linear_size": 40, "bs_linear_source": "step(1)", "ts_type": "cn", "ts_dt": 0.001, "ts_max_time": 0.01, "bs_output_interval": 0.0025}
     compare(checks, folder, "linear system", heat, (4, None))
+    (folder / "rl.cir").write_text("t\nV1 in 0 PULSE(0 5 0.13m 0.01m 0.01m 0.3m 1m)\nR1 in a 100\nL1 a b 10m\nC1 b 0 1u IC=1\nR2 b 0 1k\nI1 0 b SIN(0 1m 1k 0.1m)\n")
+    circuit = {"bs_model": "linear", "bs_netlist": str(folder / "rl.cir"), "ts_type": "rosw", "ts_dt": 1e-5, "ts_max_time": 1e-3, "bs_output_interval": 3.7e-5}
+    compare(checks, folder, "circuit, error control", circuit, (2, 4, 6, None))
 
 
 def statics(checks, folder):

@@ -12,12 +12,6 @@ namespace {
 constexpr PetscInt MOST_STATES = 100000, MOST_COUPLED = 300;
 constexpr double MOST_WORK = 1e9;  // sum of the cubes of the blocks' sizes: about a second
 
-/// A null vector by its entries; one rank holds all of it.
-struct SparseVector {
-  std::vector<PetscInt> at;
-  std::vector<double> value;
-};
-
 /// The whole matrix on this rank.
 PetscErrorCode gather(Mat A, MatHandle* whole) {
   PetscFunctionBegin;
@@ -174,13 +168,13 @@ PetscErrorCode name_rows(Mat S, const std::vector<SparseVector>& left, std::vect
 
 }  // namespace
 
-PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out) {
+PetscErrorCode find_null_spaces(Mat C, NullSpaces* out) {
   PetscInt n;
   double work = 0;
   PetscFunctionBegin;
   PetscCall(MatGetSize(C, &n, nullptr));
   if (n > MOST_STATES) PetscFunctionReturn(0);
-  MatHandle all_C, all_G;
+  MatHandle all_C;
   PetscCall(gather(C, &all_C));
   std::vector<Block> blocks;
   PetscCall(blocks_of(all_C, n, &blocks));
@@ -190,16 +184,25 @@ PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out) {
     work += size > 1 ? size * size * size : 0;
     if (size > MOST_COUPLED || work > MOST_WORK) PetscFunctionReturn(0);
   }
-  std::vector<SparseVector> left, right;
-  bool known = true, empty = false, singular = false;
+  bool known = true;
   for (const Block& block : blocks) {
-    PetscCall(add_null_vectors(all_C, block, &left, &right, &known));
+    PetscCall(add_null_vectors(all_C, block, &out->left, &out->right, &known));
     if (!known) PetscFunctionReturn(0);
   }
-  if (left.empty() || left.size() != right.size()) PetscFunctionReturn(0);
-  for (SparseVector& v : left) scale_to_one(&v);
-  for (SparseVector& v : right) scale_to_one(&v);
-  MatHandle S;
+  for (SparseVector& v : out->left) scale_to_one(&v);
+  for (SparseVector& v : out->right) scale_to_one(&v);
+  out->known = true;
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode find_index(Mat G, const NullSpaces& of_C, PencilIndex* out) {
+  const std::vector<SparseVector>&left = of_C.left, &right = of_C.right;
+  PetscInt n;
+  bool empty = false, singular = false;
+  PetscFunctionBegin;
+  if (!of_C.known || left.empty() || left.size() != right.size()) PetscFunctionReturn(0);
+  MatHandle all_G, S;
+  PetscCall(MatGetSize(G, &n, nullptr));
   PetscCall(gather(G, &all_G));
   PetscCall(project(all_G, n, left, right, &S, &empty));
   if (!empty) {

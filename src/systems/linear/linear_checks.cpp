@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/hash.hpp"
 #include "base/text.hpp"
+#include "base/vec_array.hpp"
 #include "systems/linear/linear_model.hpp"
 #include "systems/linear/system.hpp"
 
@@ -24,41 +25,79 @@ std::string what_becomes_of_it(const Plan& plan, std::int64_t startup) {
   return sign && startup == 0 ? text + ", or -bs_linear_be_steps 1" : text;
 }
 
+/// By how much the state violates an equation, and its row, counted from 1; negative: the row with most part in a combination of several.
+struct Violation {
+  double size = 0;
+  int row = 0;
+};
+
+/// w'r beyond the rounding of its terms, if that is the worst so far; r and the sizes of its terms from row `first` on.
+void note_violation(const SparseVector& w, const PetscScalar* r, const PetscScalar* size, PetscInt first, Violation* worst) {
+  constexpr double ROUNDING = 1e-10;
+  double sum = 0, scale = 0;
+  std::size_t main = 0;
+  for (std::size_t e = 0; e < w.at.size(); ++e) {
+    sum += w.value[e] * r[w.at[e] - first];
+    scale += std::abs(w.value[e]) * size[w.at[e] - first];
+    if (std::abs(w.value[e]) > std::abs(w.value[main])) main = e;
+  }
+  const int row = static_cast<int>(w.at[main]) + 1;
+  if (std::abs(sum) > std::max(ROUNDING * scale, worst->size)) *worst = {std::abs(sum), w.at.size() > 1 ? -row : row};
+}
+
+/// All entries on every rank, in its place.
+PetscErrorCode bring_to_all(VecHandle* vector) {
+  Handle<VecScatter, VecScatterDestroy> scatter;
+  VecHandle whole;
+  PetscFunctionBegin;
+  PetscCall(VecScatterCreateToAll(*vector, scatter.out(), whole.out()));
+  PetscCall(VecScatterBegin(scatter, *vector, whole, INSERT_VALUES, SCATTER_FORWARD));
+  PetscCall(VecScatterEnd(scatter, *vector, whole, INSERT_VALUES, SCATTER_FORWARD));
+  *vector = std::move(whole);
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
-/// Where C has empty rows these are algebraic: G x = B u must hold in them at the start.
+/// G x = B u must hold at the start in what no derivative occurs in: empty rows of C and, where they are known, all combinations of rows that cancel
+/// in it.
 PetscErrorCode LinearModel::warn_inconsistent(const Plan& plan) {
-  PetscInt first, last;
-  const PetscScalar* ar;
+  VecHandle r, size, of_sources;
+  PetscReal most;
+  Violation worst;
   PetscFunctionBegin;
-  if (zero_rows_ == 0) PetscFunctionReturn(0);
-  VecHandle r;
-  PetscReal size;
-  PetscCall(VecDuplicate(system_.x0, r.out()));
+  if (of_C_.known ? of_C_.left.empty() : zero_rows_ == 0) PetscFunctionReturn(0);
+  for (VecHandle* vector : {&r, &size}) PetscCall(VecDuplicate(system_.x0, vector->out()));
   PetscCall(MatMult(system_.G, system_.x0, r));
-  PetscCall(VecNorm(system_.x0, NORM_INFINITY, &size));
-  double scale = norm_G_ * size;
+  PetscCall(VecNorm(system_.x0, NORM_INFINITY, &most));
+  PetscCall(MatGetRowMaxAbs(system_.G, size, nullptr));
+  PetscCall(VecScale(size, most));
   PetscCall(add_sources(start_, -1, r));
   if (system_.B) {
-    PetscCall(VecNorm(Bu_, NORM_INFINITY, &size));
-    scale = std::max(scale, size);
+    PetscCall(VecDuplicate(Bu_, of_sources.out()));
+    PetscCall(VecCopy(Bu_, of_sources));
+    PetscCall(VecAbs(of_sources));
+    PetscCall(VecAXPY(size, 1, of_sources));
   }
-  PetscCall(VecGetOwnershipRange(r, &first, &last));
-  PetscCall(VecGetArrayRead(r, &ar));
-  struct {
-    double size;
-    int row;
-  } worst = {0, 0};
-  for (PetscInt i = first; i < last; ++i) {
-    bool empty = true;
-    PetscCall(each_nonzero(system_.C, i, [&](PetscInt, double) { empty = false; }));
-    if (empty && std::abs(ar[i - first]) > worst.size) worst = {std::abs(ar[i - first]), static_cast<int>(i + 1)};
+  if (of_C_.known) {
+    for (VecHandle* vector : {&r, &size}) PetscCall(bring_to_all(vector));
+    const ReadArray ar(r), as(size);
+    for (const SparseVector& w : of_C_.left) note_violation(w, ar, as, 0, &worst);
+  } else {
+    PetscInt first, last;
+    PetscCall(VecGetOwnershipRange(r, &first, &last));
+    const ReadArray ar(r), as(size);
+    for (PetscInt i = first; i < last; ++i) {
+      bool empty = true;
+      PetscCall(each_nonzero(system_.C, i, [&](PetscInt, double) { empty = false; }));
+      if (empty) note_violation({{i}, {1.0}}, ar, as, first, &worst);
+    }
   }
-  PetscCall(VecRestoreArrayRead(r, &ar));
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm_));
-  if (worst.size > 1e-10 * scale)
-    PetscCall(
-        warn(comm_, format("the initial state violates algebraic row %d by %g: ", worst.row, worst.size) + what_becomes_of_it(plan, startup_steps_)));
+  if (worst.size > 0)
+    PetscCall(warn(comm_, format("the initial state violates algebraic row %d%s by %g: ", std::abs(worst.row),
+                                 worst.row < 0 ? ", with those that cancel its derivatives," : "", worst.size) +
+                              what_becomes_of_it(plan, startup_steps_)));
   PetscFunctionReturn(0);
 }
 
@@ -68,6 +107,7 @@ PetscErrorCode LinearModel::prepare(const Plan& plan) {
   if (!plan.implicit || velocity || !plan.descriptor) PetscCall(invert_C(plan));
   if (velocity && !diagonal_) PetscCall(fail(comm_, Exit::input, plan.method + " needs a diagonal C here: use bdf, cn or theta"));
   if (!plan.polynomial.empty()) PetscCall(warn_unstable(plan));
+  PetscCall(find_null_spaces(system_.C, &of_C_));
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
   may_grow_ = !plan.any_step;
@@ -78,7 +118,8 @@ PetscErrorCode LinearModel::prepare(const Plan& plan) {
 PetscErrorCode LinearModel::warn_index() {
   PencilIndex index;
   PetscFunctionBegin;
-  PetscCall(find_index(system_.G, system_.C, &index));
+  PetscCall(find_index(system_.G, of_C_, &index));
+  of_C_ = {};
   if (!index.higher) PetscFunctionReturn(0);
   std::string where;
   for (std::size_t k = 0; k < index.rows.size(); ++k)

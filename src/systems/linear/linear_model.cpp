@@ -76,7 +76,9 @@ PetscErrorCode LinearModel::jacobian(double, Vec, Vec, double sigma, Form form, 
   Filling* mine = nullptr;
   for (Filling& filling : filled_)
     if (filling.id == id) mine = &filling;
-  if (mine && mine->state == state && std::abs(sigma - mine->sigma) <= 1e-12 * mine->sigma) PetscFunctionReturn(0);
+  if (std::abs(sigma - sigma_) > 1e-12 * sigma_) sigma_ = sigma;
+  sigma = sigma_;  // a run that is continued takes the one that its checkpoint has, whichever of such steps came first
+  if (mine && mine->state == state && sigma == mine->sigma) PetscFunctionReturn(0);
   PetscCall(MatZeroEntries(P));
   PetscCall(MatAXPY(P, 1, system_.G, SUBSET_NONZERO_PATTERN));
   if (form == Form::momentum) {
@@ -180,7 +182,7 @@ PetscErrorCode LinearModel::read(MPI_Comm comm) {
               startup_steps_, Range::nonnegative);
     if (dc_ && !options.x0.empty()) o.fail("options -bs_linear_dc and -bs_linear_x0: give one of them");
   }));
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start_, nullptr));
+  PetscCall(read_start_time(&start_));
   PetscCall(load_system(comm, options, &system_));
   if (system_.B) PetscCall(MatGetSize(system_.B, nullptr, &columns));
   PetscCall(sources_.read(comm, columns, system_.source));

@@ -23,7 +23,7 @@ class LinearModel final : public Model {
   std::vector<Tally> tallies() const override;
   /// Momentum: F = C x' + G x - B u. Velocity (C diagonal): F = x' + C^-1 (G x - B u).
   PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
-  /// sigma C + G, or sigma + C^-1 G; left as it is where `P` holds it already, to 1e-12 of sigma.
+  /// sigma C + G, or sigma + C^-1 G; a sigma that differs from the last one by less than 1e-12 of it is that one, whose matrix is left as it is.
   PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
@@ -38,6 +38,7 @@ class LinearModel final : public Model {
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   PetscErrorCode covers(double t_start, double t_end) override;
+  void keep_sums(const Keeper& keep) override { keep("matrix_sigma", sigma_); }
   PetscErrorCode last_fault(std::string* text) override;
 
  private:
@@ -67,8 +68,10 @@ class LinearModel final : public Model {
   MPI_Comm comm_ = MPI_COMM_NULL;
   LinearSystem system_;
   Sources sources_;
+  double sigma_ = 0;  ///< of the last matrix that was asked for
   double start_ = 0, norm_G_ = 0, norm_C_ = 0;
   bool dc_ = false, conditions_ = false, diagonal_ = false, symmetric_ = false;
+  NullSpaces of_C_;  ///< as long as the system is being looked at
   std::int64_t startup_steps_ = 0, fillings_ = 0, zero_rows_ = 0;
   VecHandle u_, Bu_, work_, diagonal_C_;
   KSPHandle C_solver_;

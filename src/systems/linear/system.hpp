@@ -74,10 +74,23 @@ struct PencilIndex {
   std::vector<PetscInt> rows;  ///< (up to 3, ascending, from 0) rows with most part in what is missing; empty for large systems
 };
 
-/// Collective; the same on every rank. With bases W, N of the left and right null space of C the index is 0 or 1 just where W'G N is
-/// regular. `higher` stays false where this test is too expensive: beyond 100,000 states, or where C couples more than 300 rows with
-/// each other.
-PetscErrorCode find_index(Mat G, Mat C, PencilIndex* out);
+/// A null vector by its entries, the largest 1.
+struct SparseVector {
+  std::vector<PetscInt> at;
+  std::vector<double> value;
+};
+
+/// Bases W, N of the left and right null space of C: W'(G x - B u) = 0 are the algebraic equations of G x + C x' = B u.
+struct NullSpaces {
+  bool known = false;  ///< not where they are too expensive: beyond 100,000 states, or where C couples more than 300 rows with each other
+  std::vector<SparseVector> left, right;
+};
+
+/// Collective; the same on every rank.
+PetscErrorCode find_null_spaces(Mat C, NullSpaces* out);
+
+/// Collective; the same on every rank. The index is 0 or 1 just where W'G N is regular; `higher` stays false where they are not known.
+PetscErrorCode find_index(Mat G, const NullSpaces& of_C, PencilIndex* out);
 
 // u(t) of a linear system: waveforms or a table, one column of B each.
 
