@@ -40,6 +40,9 @@ std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bo
     const yaml_node_t& key = *yaml_document_get_node(document, pair->key);
     if (key.type != YAML_SCALAR_NODE) return at(key) + "a name must be a word; write 'name: value'";
     const std::string name(reinterpret_cast<const char*>(key.data.scalar.value), key.data.scalar.length);
+    const std::size_t dashes = name.find_first_not_of('-');
+    if (dashes > 0 && dashes < name.size())
+      return at(key) + "'" + name + "': names stand without their dash; write '" + name.substr(dashes) + ": value'";
     if (name.rfind("options_file", 0) == 0) return at(key) + "PETSc reads no option file that a YAML file names; name it on the command line";
     const std::string fault = fault_of_node(document, *yaml_document_get_node(document, pair->value), false, budget);
     if (!fault.empty()) return fault;

@@ -181,15 +181,21 @@ PetscErrorCode read_hdf5_groups(MPI_Comm comm, const Hdf5File& file, Lattice* l)
       PetscCall(fail(comm, Exit::input, l->source + ": " + path + ": no name of a group: write letters, digits and underscores"));
     Table table;
     TableShape shape;
-    shape.integers = true;
+    shape.integers = shape.truths = true;
     shape.row_name = "the group's rows";
     PetscCall(file.find(path, shape, &table));
     PetscCall(file.require_data(table));
+    if (table.truths && table.rows != l->particles.total)
+      fault.note(0, format("%s: %s: %" PRId64 " truth values for %s; write one for each, or the rows that are meant", l->source.c_str(), path.c_str(),
+                           table.rows, how_many(l->particles.total, "particle").c_str()));
+    PetscCall(fail_if_any(comm, fault));
     Group group{name, std::vector<std::uint8_t>(static_cast<std::size_t>(l->particles.count), 0)};
     for (std::int64_t at = 0; at < table.rows; at += SLICE) {
       std::vector<std::int64_t> rows;
       PetscCall(file.read(table, at, std::min(SLICE, table.rows - at), 0, &rows));
       for (std::size_t k = 0; k < rows.size() && !fault; ++k) {
+        if (table.truths && rows[k] == 0) continue;
+        if (table.truths) rows[k] = at + static_cast<std::int64_t>(k);
         if (rows[k] < 0 || rows[k] >= l->particles.total)
           fault.note(at, format("%s: %s: there is no particle in row %" PRId64 "; write rows from 0 to %" PRId64, l->source.c_str(), path.c_str(),
                                 rows[k], l->particles.total - 1));

@@ -95,7 +95,11 @@ std::string Hdf5File::fault_of(hid_t dataset, const std::string& path, const Tab
   if (!type || !space) return begin + ": damaged (" + last_reason() + "); write it again";
 
   const H5T_class_t kind = H5Tget_class(type);
-  const bool integers = kind == H5T_INTEGER || kind == H5T_ENUM;  // h5py writes bool as an enumeration
+  out->truths = kind == H5T_ENUM;
+  if (out->truths && shape.integers && !shape.truths)
+    return begin + ": holds truth values (" + class_name(kind) +
+           "), needs integers; write the rows that are meant, in numpy by numpy.flatnonzero(mask)";
+  const bool integers = kind == H5T_INTEGER || out->truths;
   if (!integers && (shape.integers || kind != H5T_FLOAT))
     return begin + ": holds " + class_name(kind) + ", needs " + (shape.integers ? "integers" : "numbers") +
            (kind == H5T_FLOAT ? "; convert it, in numpy by .astype('int64')" : "; write numbers");

@@ -30,6 +30,7 @@ class QuietHdf5 {
 struct TableShape {
   static constexpr std::int64_t any = -1;
   bool integers = false;       ///< integers, else integers or floating-point numbers
+  bool truths = false;         ///< truth values, which h5py writes as an enumeration, may stand for integers
   std::int64_t rows = any;     ///< any: this table says how many there are
   std::string row_name = "N";  ///< how messages call the number of rows
   int columns = 0;             ///< 0: one-dimensional; any: 1, 2 or 3
@@ -42,6 +43,7 @@ struct Table {
   H5 dataset;
   std::int64_t frames = 0, rows = 0;  ///< frames = 0: no such axis
   int columns = 0;                    ///< 0: one-dimensional
+  bool truths = false;                ///< it holds truth values
 };
 
 class Hdf5File {

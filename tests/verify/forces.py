@@ -36,6 +36,18 @@ def along(dim, value):
     return ",".join(["0"] * (dim - 1) + [str(value)])
 
 
+def masks(checks, folder):
+    """A group that is given by a truth value for each particle, as numpy makes them, is that of the rows."""
+    file = chain(folder / "mask.h5", 2, n=4)
+    with h5py.File(file, "a") as f:
+        f["groups/mask"] = np.array([False, False, True, True])
+        del f["particles/fixed"]
+        f["particles/fixed"] = np.array([True, False, False, False])
+    found = [checks.run({**STATICS, "bs_lattice_file": file, f"bs_force_{group}": "0,3"}).trajectory.position[-1] for group in ("mask", "both")]
+    checks.near("forces on a mask and on its rows", found[0], found[1], 0)
+    checks.true("they move it", np.abs(found[0][-1] - [0, 3]).max() > 1e-3)
+
+
 def two_springs(checks, folder):
     """3 N on the end of two springs of 100 N/m: 0.03 and 0.06 m, by an option, shared, by the file, and by expression and table at full load."""
     (folder / "ramp.csv").write_text("0,0\n1,3\n")
@@ -351,4 +363,4 @@ def continued(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("given forces", (two_springs, scaled, moments, oscillator, two_centres, travels, star_dome, boxes, driven, breaks, continued))
+    run_parts("given forces", (masks, two_springs, scaled, moments, oscillator, two_centres, travels, star_dome, boxes, driven, breaks, continued))

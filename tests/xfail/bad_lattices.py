@@ -207,6 +207,8 @@ HDF5 = {
     "damping without direction": (hdf5(both(at_one_place, put("springs/rest_length", np.zeros(4)),
                                             put("springs/damping", np.ones(4)))), "write -bs_damping_law simple, or damping 0"),
     "group of nobody": (hdf5(put("groups/ends", np.array([0, 9]))), "/groups/ends: there is no particle in row 9; write rows from 0 to 4"),
+    "group of a mask that is too short": (hdf5(put("groups/ends", np.array([True, False]))), "/groups/ends: 2 truth values for 5 particles; write one for each"),
+    "springs of truth values": (hdf5(put("springs/pairs", np.ones((4, 2), bool))), "/springs/pairs: holds truth values (an enumeration), needs integers"),
     "group of fractions": (hdf5(put("groups/ends", np.array([0.5]))), "/groups/ends"),
     "group with a bad name": (hdf5(put("groups/left end", np.array([0]))), "/groups/left end: no name of a group: write letters, digits and underscores"),
     "anchor of nobody": (hdf5(put("anchors/particle", 9, 1)), "anchor 1, /anchors/particle: there is no particle 9"),

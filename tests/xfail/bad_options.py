@@ -74,6 +74,7 @@ FILES = {
     "yaml: bracket left open": (option_file("bs_gravity: [0, -9.81\nts_dt: 1\n"), "o.yaml line 2: not valid YAML"),
     "yaml: tab": (option_file("\tts_dt: 1\n"), "o.yaml line 1: not valid YAML (found character that cannot start any token)"),
     "yaml: quote left open": (option_file('ts_type: "beuler\n'), "o.yaml line 2: not valid YAML"),
+    "yaml: a name with its dash": (option_file(GOOD_YAML + "-bs_gravity: [0, -9.81]\n"), "o.yaml line 4: '-bs_gravity': names stand without their dash; write 'bs_gravity: value'"),
     "yaml: a word": (option_file("beuler\n"), "o.yaml line 1: holds no options; write 'name: value'"),
     "yaml: a list": (option_file("- a\n- b\n"), "o.yaml line 1: holds no options"),
     "yaml: list in a list": (option_file("bs_gravity: [[0, 1]]\n"), "o.yaml line 1: a list in a list"),
