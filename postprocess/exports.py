@@ -132,6 +132,7 @@ def write_nanometres(run, rows, path, units="si", box_lengths=False):
         group["id"] = run.id
         if run.mass is not None:
             group["mass"] = run.mass
+            group["mass"].attrs["unit"] = run.unit("mass")
         for other in ("velocity", "box/edges"):
             if other in group:
                 group[other + "/time"], group[other + "/step"] = group["position/time"], group["position/step"]

@@ -22,8 +22,9 @@ def density(omega, edges, motions):
 
 
 def motions_of(run):
-    """Components of particles that are not fixed."""
-    return run.dim * max(1, int((~run.fixed).sum()))
+    """Components of particles that can move; those of particles that are not fixed in files of versions that did not write them."""
+    written = run._array("/modes/motions")
+    return int(written[0]) if written is not None else run.dim * max(1, int((~run.fixed).sum()))
 
 
 def dos(ax, runs, labels, args):

@@ -71,6 +71,7 @@ class ModesRun {
   bool damped_ = false;
   std::vector<double> participation_;  ///< (K, d) effective masses [kg]
   double mass_ = 0;                    ///< of the particles that can move [kg]
+  std::int64_t motions_ = 0;           ///< their components that can
 };
 
 }  // namespace bs

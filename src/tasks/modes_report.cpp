@@ -32,8 +32,14 @@ PetscErrorCode ModesRun::find_effective_masses() {
   const std::vector<double>& m = lin.masses();
   PetscFunctionBegin;
   PetscCall(form_.create_full(shape_.out()));
-  for (PetscInt i = 0; i < at.particles; ++i) mass_ += lin.moves(i, 0) ? m[static_cast<std::size_t>(i)] : 0.0;
+  for (PetscInt i = 0; i < at.particles; ++i) {
+    PetscInt ways = 0;
+    for (PetscInt c = 0; c < at.dim; ++c) ways += lin.moves(i, c) ? 1 : 0;
+    mass_ += ways > 0 ? m[static_cast<std::size_t>(i)] : 0.0;
+    motions_ += ways;
+  }
   PetscCall(sum_over_ranks(model_.comm(), &mass_));
+  PetscCall(sum_over_ranks(model_.comm(), &motions_));
   participation_.assign(modes_.mode.size() * static_cast<std::size_t>(at.dim), 0.0);
   for (std::size_t k = 0; k < modes_.mode.size(); ++k) {
     PetscCall(form_.shape(modes_.mode[k].u, shape_));
@@ -150,7 +156,9 @@ PetscErrorCode ModesRun::write() {
     squared.push_back(mode.omega_squared);
     residual.push_back(mode.residual);
   }
+  std::vector<std::int64_t> motions{motions_};
   if (rank != 0) {  // each row is written by one rank
+    motions.clear();
     squared.clear();
     residual.clear();
     participation_.clear();
@@ -158,6 +166,7 @@ PetscErrorCode ModesRun::write() {
   tables.push_back({"/modes/omega_squared", 0, count, 0, squared, omega_attributes(), {0, 0, -2}});
   tables.push_back({"/modes/residual", 0, count, 0, residual, {{"meaning", "bound of the error of omega_squared"}}, {0, 0, -2}});
   tables.push_back({"/modes/participation", 0, count, d, participation_, {{"meaning", "effective mass in each direction"}}, {1, 0, 0}});
+  tables.push_back({"/modes/motions", 0, 1, 0, motions, {{"meaning", "components of particles that can move: there are as many modes"}}});
   set_phase(model_.comm(), Exit::io);
   for (const Dataset& table : tables) PetscCall(file_->write_table(table));
   PetscCall(file_->write_pages("/modes/shape", count, [this](std::int64_t k, Vec* out) { return page(static_cast<std::size_t>(k), out); }));

@@ -167,6 +167,19 @@ def check_residual(checks, folder):
         checks.near(f"the mass that moves, {ranks} ranks", got.report["moving_mass"], m[~held].sum(), 1e-12)
 
 
+def check_motions(checks, folder):
+    """There are as many modes as components that can move, whatever holds the others; by that number densities of states are normed."""
+    square = {"bs_task": "modes", "bs_lattice_type": "square", "bs_lattice_size": (4, 4), "bs_lattice_neighbors": 8, "bs_modes": 100, "bs_modes_rigid": "keep", "bs_modes_solver": "dense"}
+    for name, held, motions, mass in (("fixed", {"bs_lattice_fixed": "xmin"}, 24, 12), ("held by a motion", {"bs_group_A": "xmin", "bs_motion_A": "fixed"}, 24, 12),
+                                      ("driven", {"bs_group_A": "xmin", "bs_motion_A": "velocity:0.1,0"}, 24, 12),
+                                      ("on rollers", {"bs_group_A": "xmin", "bs_motion_A": "x=fixed", "bs_lattice_fixed_particles": 5}, 26, 15)):
+        for ranks in (1, 3):
+            run = checks.run({**square, **held, "bs_output": folder / "m.h5md", "bs_overwrite": True}, ranks=ranks)
+            with h5py.File(folder / "m.h5md") as f:
+                found = f["modes/motions"][0], len(f["modes/omega_squared"]), run.report["moving_mass"]
+            checks.true(f"{name}, {ranks} ranks", found == (motions, motions, mass), str(found))
+
+
 def check_fluctuation(checks, folder):
     """Modes that are zero or grow have no mean square displacement: a free chain with its zero mode kept, and a pressed one."""
     n = 8
