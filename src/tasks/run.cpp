@@ -105,6 +105,7 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     PetscFunctionReturn(0);
   }
   PetscCall(watch_.check(step, time, y, true));
+  PetscCall(tolerance_watch_.check(ts_, y));
   if (first_.empty()) first_ = last_;
   if (trajectory_) {
     set_phase(model_.comm(), Exit::io);
@@ -187,6 +188,7 @@ PetscErrorCode Run::begin() {
   PetscCall(remove_earlier_results(model_.comm()));
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(TSGetStepNumber(ts_, &first_step));
+  PetscCall(tolerance_watch_.begin(ts_));
   set_phase(model_.comm(), Exit::solve);
   if (resumed_) {
     PetscCall(observe(stepper_->good_time(), y));

@@ -9,6 +9,7 @@
 #include "tasks/result.hpp"
 #include "tasks/run_options.hpp"
 #include "time/energy_watch.hpp"
+#include "time/tolerance_watch.hpp"
 #include "time/ts_setup.hpp"
 
 namespace bs {
@@ -138,6 +139,7 @@ class Run {
   Warnings warnings_;
   EnergyWatch watch_;
   StepWatch step_watch_;
+  ToleranceWatch tolerance_watch_;
   TSContext context_;
   TSHandle ts_;
   std::unique_ptr<Stepper> stepper_;

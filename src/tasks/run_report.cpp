@@ -91,6 +91,7 @@ PetscErrorCode Run::final_warnings(TSConvergedReason reason) {
         warnings_.add("newton_loose", format("%s ended by the tolerances that are given (-snes_atol, -snes_rtol) with more than a thousandth of the "
                                              "residual left: the motion is not that of the equations; lower them",
                                              how_many(context_.newton.loose(), "Newton solve{ was|s were}").c_str())));
+  PetscCall(tolerance_watch_.warn(ts_, &warnings_));
   if (hooks_.final_warnings) PetscCall(hooks_.final_warnings(&warnings_));
   PetscFunctionReturn(0);
 }

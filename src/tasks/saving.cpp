@@ -117,6 +117,7 @@ Facts Run::facts() const {
   for (const Observable& o : first_)
     for (std::size_t k = 0; k < o.value.size(); ++k) run.real[begin_key(o, k)] = o.value[k];
   watch_.save(&run);
+  tolerance_watch_.save(&run);
   warnings_.save(&run);
   if (hooks_.save) hooks_.save(&run);
   return run;
@@ -126,6 +127,7 @@ Facts Run::facts() const {
 void Run::restore_facts() {
   if (steps_at_restart_ < 0) return;
   watch_.restore(continued_);
+  tolerance_watch_.restore(continued_);
   if (hooks_.restore) hooks_.restore(continued_);
   for (const Tally& tally : tallies()) {
     const auto was = continued_.whole.find("count_" + tally.key);

@@ -68,6 +68,22 @@ def intervals(checks, folder):
     checks.true("of load steps", "-bs_output_interval" not in run.stderr, run.stderr.strip())
 
 
+def tolerances(checks, folder):
+    """Steps that follow an error estimate, where the whole motion is hardly more than the error they may make; not where it is, nor at rest."""
+    base = {"bs_lattice_type": "chain", "bs_lattice_size": 4, "bs_lattice_dim": 1, "bs_lattice_fixed": "xmin", "bs_lattice_stiffness": 40, "ts_dt": 0.01, "ts_max_time": 1}
+    small = {**base, "bs_lattice_spacing": 1e-6, "bs_gravity": -1e-5}
+    for kind, more in (("bdf", {"ts_adapt_type": "basic"}), ("rk", {}), ("beuler", {"ts_adapt_type": "basic"})):
+        steps = {"ts_type": kind, **more}
+        run = checks.run({**small, **steps})
+        checks.true(f"{kind}: micrometres", told(run, "tolerance_loose") and "give about -ts_atol" in run.stderr, run.stderr.strip())
+        run = checks.run({**small, **steps, "ts_atol": 1e-11, "ts_rtol": 1e-6})
+        checks.true(f"{kind}: as it says", told(run), run.stderr.strip())
+        checks.true(f"{kind}: metres", told(checks.run({**base, **steps, "bs_gravity": -1})))
+        checks.true(f"{kind}: at rest", told(checks.run({**base, **steps})))
+    run = checks.run({**small, "ts_type": "cn"})
+    checks.true("constant steps", told(run), run.stderr.strip())
+
+
 def matrix_free(checks, folder):
     """A step that is cut since its linear solve has no preconditioner says in the summary what to give, also where the shorter steps go well."""
     run = checks.run({"options_file": "cubic_lattice", "snes_mf": True, "ts_max_steps": 2, "bs_output": None})
@@ -109,4 +125,4 @@ def lists(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("warnings of a run", (cut, early, intervals, matrix_free, modes, lists))
+    run_parts("warnings of a run", (cut, early, intervals, tolerances, matrix_free, modes, lists))
