@@ -172,9 +172,10 @@ def said_plainly():
     seen = []
 
     def watching(t, frame):
-        for change in (lambda: frame.v.__setitem__(0, 1.0), lambda: frame.x.__imul__(2)):
-            with raised(ValueError, "read-only"):
-                change()
+        with raised(ValueError, "read-only"):
+            frame.v[0] = 1.0
+        with raised(bs.Error, "nothing follows", "run()"):
+            frame.x *= 2
         for name in ("x", "v"):
             with raised(bs.Error, "nothing follows", "run()"):
                 setattr(frame, name, 0 * net.x)

@@ -29,7 +29,7 @@ def written_back():
     for more in (dict(), dict(bs_motion_bottom="y=velocity:0.5,x=fixed")):
         held, free = (bs.Simulation(net, dt=2e-3, **more) for _ in range(2))
         held.step(2)
-        moved = held.x
+        moved = held.get("position")
         moved[net.fixed] += 0.1
         moved[net.groups["bottom"]] += 0.1 if more else 0.0
         held.x = moved  # of what is held or moves as given nothing changes

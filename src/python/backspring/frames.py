@@ -12,6 +12,7 @@ from .breaks import Events, broken_of, events_of
 from .errors import Error
 from .kinds import Floats, Mask, Observables
 from .lattice import Lattice
+from .readonly import read_only
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,7 +26,7 @@ class Frame:
     Frames of run() keep all but the forces; those of observers look when they are asked, on all ranks, and keep what they found. What a loop over run()
     has changed in x or v when it goes on becomes the state, from which the method starts anew. Copies (pickle, copy) stand alone: they hold what is to be
     had at their moment, also the forces where the motion has not gone on (on several ranks: where they were asked for before). Frames of observers and copies
-    cannot be written to: nothing would follow.
+    cannot be written to, nor can forces, strains and what is broken: nothing would follow.
     """
 
     t: float
@@ -45,15 +46,12 @@ class Frame:
         """What a copy has: all that reading finds, and no simulation. Collective for frames of observers."""
         here = self._simulation
         if here is not None and here._comm.size == 1 and here._number is not None and self._moment == here._moment():
-            self._forces = here.forces
+            self._forces = here.get("force")
         kept = {**self._found(), "fields": {name: one for name, one in self._found()["fields"].items() if name not in ("position", "velocity")}}
         return {**vars(self), "_x": np.array(self.x), "_v": np.array(self.v), "_kept": kept, "_simulation": None}
 
     def __setstate__(self, state: Dict[str, Any]) -> None:
-        vars(self).update(state)
-        for one in (self._x, self._v, self._forces):
-            if one is not None:
-                one.flags.writeable = False
+        vars(self).update(state, _changeable=False)
 
     def _put(self, value: Floats) -> Floats:
         if self._simulation is None:
@@ -91,8 +89,7 @@ class Frame:
         """(N, d) positions [m], which a loop over run() may change."""
         if self._x is None:
             self._x = self._table("position").copy()
-            self._x.flags.writeable = self._changeable
-        return self._x
+        return self._x if self._changeable else read_only(self._x)
 
     @x.setter
     def x(self, value: Floats) -> None:
@@ -103,8 +100,7 @@ class Frame:
         """(N, d) velocities [m/s], which a loop over run() may change."""
         if self._v is None:
             self._v = self._table("velocity").copy()
-            self._v.flags.writeable = self._changeable
-        return self._v
+        return self._v if self._changeable else read_only(self._v)
 
     @v.setter
     def v(self, value: Floats) -> None:
@@ -124,8 +120,8 @@ class Frame:
     def forces(self) -> Floats:
         """(N, d) [N], as long as the motion has not gone on."""
         if self._simulation is not None or self._forces is None:
-            self._forces = self._still().forces
-        return self._forces
+            self._forces = self._still().get("force")
+        return read_only(self._forces)
 
     @property
     def observables(self) -> Observables:
@@ -141,17 +137,17 @@ class Frame:
     @property
     def strain(self) -> Floats:
         """(S,) (l - L)/L of the springs [1], NaN where they are broken or can exert no force; empty with bs_output_strain=False."""
-        return np.asarray(self._found()["fields"].get("strain", np.zeros(0)), float)
+        return read_only(self._found()["fields"].get("strain", np.zeros(0)))
 
     @property
     def tension(self) -> Floats:
         """(S,) [N], positive where a spring pulls, with bs_output_springs=True; else empty."""
-        return np.asarray(self._found()["fields"].get("tension", np.zeros(0)), float)
+        return read_only(self._found()["fields"].get("tension", np.zeros(0)))
 
     @property
     def broken(self) -> Mask:
         """(S,) whether a spring is broken."""
-        return broken_of(self._found()["fields"], len(self.lattice.pairs))
+        return read_only(broken_of(self._found()["fields"], len(self.lattice.pairs)))
 
     @property
     def events(self) -> Events:

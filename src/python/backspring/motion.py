@@ -19,6 +19,7 @@ from .frames import Frame
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
 from .lattice import Lattice
 from .options import joined, loads_of, settings_of, whole
+from .readonly import read_only
 from .results import Equilibrium
 from .watching import Found, Observe, Watched
 
@@ -141,7 +142,7 @@ class Simulation(Watched):
         return slice(first, first + count)
 
     def get(self, what: str, whole: bool = True) -> Floats:
-        """position [m], velocity [m/s], force or reaction [N]: (N, d) of all particles, or of this rank's rows."""
+        """position [m], velocity [m/s], force or reaction [N]: (N, d) of all particles, or of this rank's rows, a copy of the caller's own."""
         self._same("what", lambda: one_of(what, "position", "velocity", "force", "reaction"))
         return self._found(self._session.get(what, whole))
 
@@ -210,8 +211,8 @@ class Simulation(Watched):
 
     @property
     def x(self) -> Floats:
-        """(N, d) positions [m], which may be set."""
-        return self.get("position")
+        """(N, d) positions [m], read-only, and set as a whole: simulation.x = new."""
+        return read_only(self.get("position"))
 
     @x.setter
     def x(self, value: ArrayLike) -> None:
@@ -219,8 +220,8 @@ class Simulation(Watched):
 
     @property
     def v(self) -> Floats:
-        """(N, d) velocities [m/s], which may be set."""
-        return self.get("velocity")
+        """(N, d) velocities [m/s], read-only, and set as a whole: simulation.v = new; simulation.v *= 0.5 sets them, too."""
+        return read_only(self.get("velocity"))
 
     @v.setter
     def v(self, value: ArrayLike) -> None:
@@ -229,12 +230,12 @@ class Simulation(Watched):
     @property
     def forces(self) -> Floats:
         """(N, d) forces [N]."""
-        return self.get("force")
+        return read_only(self.get("force"))
 
     @property
     def reactions(self) -> Floats:
         """(N, d) forces that supports and motions exert on what is held, 0 elsewhere [N]."""
-        return self.get("reaction")
+        return read_only(self.get("reaction"))
 
     def petsc(self) -> Any:
         """PETSc's stepper as petsc4py has it (petsc4py.PETSc.TS), with its SNES, KSP, state and matrices, to be looked at between steps: getSNES(),

@@ -12,6 +12,7 @@ from .breaks import Events, broken_of, events_of
 from .errors import NoReaction
 from .kinds import Floats, GivenForces, Mask, Observables, Settings
 from .lattice import Lattice
+from .readonly import read_only
 
 if TYPE_CHECKING:
     from ._core import Found
@@ -59,8 +60,8 @@ class Equilibrium:
 
     @property
     def x(self) -> Floats:
-        """(N, d) positions [m]."""
-        return self.fields["position"].reshape(len(self.lattice), -1)[:, : self.lattice.dim]
+        """(N, d) positions [m], read-only: another state is a lattice of its own, eq.lattice.replace(x=new)."""
+        return read_only(self.fields["position"].reshape(len(self.lattice), -1)[:, : self.lattice.dim])
 
     @property
     def box(self) -> Optional[Floats]:
@@ -70,12 +71,12 @@ class Equilibrium:
     @property
     def tension(self) -> Floats:
         """(S,) [N], positive where a spring pulls, NaN where it is broken or can exert no force."""
-        return self.fields.get("tension", np.zeros(0))
+        return read_only(self.fields.get("tension", np.zeros(0)))
 
     @property
     def broken(self) -> Mask:
         """(S,) whether a spring is broken."""
-        return broken_of(self.fields, len(self.lattice.pairs))
+        return read_only(broken_of(self.fields, len(self.lattice.pairs)))
 
     @property
     def energy(self) -> float:

@@ -1,0 +1,64 @@
+"""What the package shows of states, and what becomes of it: arrays that nothing follows, places that modes are about, motions without an end, velocities in
+boxes that are strained."""
+import copy
+import pickle
+
+import numpy as np
+from helpers import raised
+
+import backspring as bs
+from cases import sheet
+
+
+def assigned(holder, name):
+    getattr(holder, name)[0] = 0
+
+
+def read_only():
+    """Nothing is written into a copy in silence: arrays of simulations, frames and equilibria refuse it and say what to write; a whole array, and one that is
+    computed from the last, is taken. What was computed from them is an ordinary array."""
+    net = bs.Lattice(**{**sheet(), "breaking": {"critical_strain": 9.0}})
+    seen = []
+
+    def observe(t, frame):
+        for name in ("x", "v", "forces", "strain", "broken"):
+            with raised(ValueError, "read-only", "simulation.v = v"):
+                assigned(frame, name)
+        seen.append(frame.v)
+
+    with bs.Simulation(net, dt=1e-3, bs_gravity=(0, -9.81), observe=observe) as simulation:
+        simulation.step(2)
+        before = [simulation.get(what) for what in ("position", "velocity", "force", "reaction")]
+        for name in ("x", "v", "forces", "reactions", "broken"):
+            with raised(ValueError, "read-only", "simulation.v = v"):
+                assigned(simulation, name)
+            with raised(ValueError, "read-only"):
+                np.add(getattr(simulation, name), 1, out=getattr(simulation, name), casting="unsafe")
+        with raised(ValueError, "read-only"):
+            simulation.v[3] += 1.0
+        assert all(np.array_equal(one, getattr(simulation, name)) for one, name in zip(before, ("x", "v", "forces", "reactions")))
+        before[1][3] = 1.0  # get() gives a copy of one's own
+        for change in ("v *= 0.5", "v += 0.25", "v -= 0.5", "v /= 2"):
+            expected = {"one": simulation.v.copy()}
+            exec(change.replace("v", "one", 1), expected)
+            exec("simulation." + change)
+            assert np.array_equal(simulation.v[~net.fixed], expected["one"][~net.fixed]), change
+        own = simulation.v.copy()
+        own[10, 0] = 7.0
+        simulation.v = own
+        assert simulation.v[10, 0] == 7.0 and len(seen) == 2
+        twice, total, slope = 2 * simulation.v, simulation.v.sum(), np.zeros_like(simulation.x)
+        assert type(twice) is np.ndarray and isinstance(total, float) and repr(simulation.v) == repr(own) and type(simulation.v.max(axis=0)) is np.ndarray
+        slope[3] = 1.0
+        twice[3] = slope[3]
+        assert np.array_equal(pickle.loads(pickle.dumps(simulation.v)), own) and np.array_equal(copy.deepcopy(simulation.v), own)
+    eq = bs.statics(net, bs_gravity=(0, -9.81))
+    for one in (eq, pickle.loads(pickle.dumps(eq))):
+        for name in ("x", "tension", "broken"):
+            with raised(ValueError, "read-only"):
+                assigned(one, name)
+    for frame in bs.run(net, dt=1e-3, until=2e-3):
+        frame.v[3] += 1.0  # which the motion follows
+        with raised(ValueError, "read-only"):
+            frame.forces[3] = 1.0
+    assert abs(frame.v[3]).min() > 0.5
