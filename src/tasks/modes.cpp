@@ -185,6 +185,9 @@ PetscErrorCode ModesRun::copy_results(Result* out) {
     out->shapes.insert(out->shapes.end(), all.begin(), all.end());
   }
   out->zero_modes = modes_.zero_exact ? modes_.zero : -1;
+  out->frame.time = time_;
+  PetscCall(model_.observe(time_, y_, &out->frame.observables));
+  PetscCall(read_tables(model_, time_, y_, &out->frame.tables));
   PetscFunctionReturn(0);
 }
 

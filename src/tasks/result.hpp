@@ -19,7 +19,7 @@ struct LoadStepObserver {
 /// Filled by the task that finds it; the same on every rank, particles in the order of the input.
 struct Result {
   double load_factor = 0;  ///< statics, moduli: of the last equilibrium
-  FrameData frame;         ///< statics, moduli: the last equilibrium, as a trajectory has it, also of a run that failed
+  FrameData frame;         ///< statics, moduli: the last equilibrium, as a trajectory has it, also of a run that failed; modes: what they are about
   std::int64_t steps = 0, rejected = 0, newton = 0, krylov = 0;  ///< statics, moduli: load steps, and iterations in all of them
   std::vector<double> stiffness;                                 ///< moduli: (q, q), row by row, by the components of tasks/moduli.hpp [N/m^(d-1)]
   std::vector<double> omega_squared;                             ///< modes: ascending [1/s^2]

@@ -62,3 +62,20 @@ def read_only():
         with raised(ValueError, "read-only"):
             frame.forces[3] = 1.0
     assert abs(frame.v[3]).min() > 0.5
+
+
+def modes_about():
+    """The places of modes are those that they are about: of the equilibrium that was found for them, and of groups that are driven, where they are then."""
+    bar = bs.Lattice([[0.0], [1.0]], [[0, 1]], stiffness=100.0, fixed=[0], groups={"end": [1]})
+    about = bs.modes(bar, 1, bs_modes_about="equilibrium", bs_force_end=5.0)
+    assert abs(about.x[1, 0] - 1.05) < 1e-9 and abs(about.omega2[0] - 100) < 1e-8 and about.box is None, about.x
+    net = bs.Lattice(**sheet())
+    for more in (dict(), dict(bs_motion_bottom="y=velocity:-0.1")):
+        eq = bs.statics(net, bs_gravity=(0, -9.81), load_steps=2, **more)
+        found = bs.modes(net, 3, bs_modes_about="equilibrium", bs_gravity=(0, -9.81), bs_load_steps=2, **more)
+        assert abs(found.x - eq.x).max() < 1e-9 and abs(eq.x - net.x).max() > 1e-3 and np.array_equal(bs.modes(eq, 3).x, eq.x)
+        assert np.allclose(found.omega2, bs.modes(eq, 3).omega2, rtol=1e-6)
+    assert np.array_equal(bs.modes(net, 3).x, net.x)
+    cell = bs.generate("triangular", (4, 4), dim=2, periodic="xy", perturbation=0.1, seed=1)
+    strained = bs.modes(cell, 2, bs_modes_about="equilibrium", bs_box_strain="xy=velocity:0.1")
+    assert np.allclose(strained.box, cell.box @ np.array([[1, 0], [0.1, 1]])) and np.array_equal(bs.modes(cell, 2).box, cell.box)

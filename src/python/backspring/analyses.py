@@ -199,8 +199,8 @@ def moduli(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, l
 
 
 def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> Modes:
-    """The `count` lowest free vibrations: of a lattice about its start, of an equilibrium about it as it stands, under the loads of its load factor. forces,
-    comm, options as of statics."""
+    """The `count` lowest free vibrations: of a lattice about its start, or with bs_modes_about="equilibrium" about the
+    equilibrium under its full loads; of an equilibrium about it as it stands, under the loads of its load factor. forces, comm, options as of statics."""
     def checked() -> Tuple[int, Lattice, Settings, Optional[GivenForces]]:
         lattice, earlier, own = lattice_of(net, forces)
         about = [("-bs_modes_about", "equilibrium")] if isinstance(net, Equilibrium) else []
@@ -213,4 +213,4 @@ def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[
     state = net._state if isinstance(net, Equilibrium) else None
     error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, state))
     errors.check(error)
-    return Modes(found, lattice, net.x, net.box)
+    return Modes(found, lattice)

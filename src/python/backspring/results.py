@@ -28,6 +28,10 @@ class Reactions(Dict[str, Floats]):
                          "reaction, (N, d)")
 
 
+def _places(fields: Dict[str, Floats], lattice: Lattice) -> Floats:
+    return fields["position"].reshape(len(lattice), -1)[:, : lattice.dim]
+
+
 class Equilibrium:
     """An equilibrium of a lattice under its loads. All arrays are in the order of the lattice, the same on every rank.
 
@@ -61,7 +65,7 @@ class Equilibrium:
     @property
     def x(self) -> Floats:
         """(N, d) positions [m], read-only: another state is a lattice of its own, eq.lattice.replace(x=new)."""
-        return read_only(self.fields["position"].reshape(len(self.lattice), -1)[:, : self.lattice.dim])
+        return read_only(_places(self.fields, self.lattice))
 
     @property
     def box(self) -> Optional[Floats]:
@@ -122,9 +126,9 @@ class Modes:
     x: Floats
     box: Optional[Floats]
 
-    def __init__(self, found: Found, lattice: Lattice, x: Floats, box: Optional[Floats]) -> None:
+    def __init__(self, found: Found, lattice: Lattice) -> None:
         self.omega2, self.shapes, self.residual, self.zero = found["omega_squared"], found["shapes"], found["residual"], found["zero_modes"]
-        self.lattice, self.x, self.box = lattice, x, box
+        self.lattice, self.x, self.box = lattice, _places(found["fields"], lattice), lattice._box_of(found["observables"])
 
     def __iter__(self) -> Iterator[Floats]:
         """omega2, shapes."""
