@@ -264,9 +264,8 @@ PetscErrorCode Run::set_end(double time) {
 }
 
 PetscErrorCode Run::leave_open() {
-  constexpr double MANY = 1e6;  // steps: further off, the end would be rounded too coarsely for landing on it
   PetscFunctionBegin;
-  end_ = stepper_->good_time() + MANY * stepper_->nominal_step();
+  end_ = far_from(stepper_->good_time(), stepper_->nominal_step());
   PetscCall(stepper_->set_end(ts_, end_));
   PetscFunctionReturn(0);
 }

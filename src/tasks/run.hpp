@@ -177,6 +177,9 @@ class Run {
   bool rests_ = false;
 };
 
+/// An end of a run that has none [s], many steps away from `time`: further off, it would be rounded too coarsely for landing on it.
+inline double far_from(double time, double step) { return time + 1e6 * step; }
+
 /// Of a frame's observables [J]; NaN if they have none.
 double total_energy(const std::vector<Observable>& observables);
 

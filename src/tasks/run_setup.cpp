@@ -28,6 +28,16 @@ PetscErrorCode refuse_new_start(MPI_Comm comm, const CheckpointFile& file) {
   PetscFunctionReturn(0);
 }
 
+/// In the place of the default end, of a run that nobody has given one.
+PetscErrorCode set_far_end(TS ts) {
+  PetscReal start, h;
+  PetscFunctionBegin;
+  PetscCall(TSGetTime(ts, &start));
+  PetscCall(TSGetTimeStep(ts, &h));
+  PetscCall(TSSetMaxTime(ts, far_from(start, h)));
+  PetscFunctionReturn(0);
+}
+
 }  // namespace
 
 /// The checkpoint to go on from, if there is one: of the same system and inputs.
@@ -59,13 +69,14 @@ PetscErrorCode Run::print_header(const std::string& solver) {
 }
 
 /// Linear systems have small frames and many short steps: where no interval is given and more than MOST_FRAMES steps are to come, the
-/// frames are some steps apart. It becomes the option's value, so that a continued run has the same.
+/// frames are some steps apart. It becomes the option's value, so that a continued run has
+/// the same.
 PetscErrorCode Run::choose_interval() {
   constexpr double MOST_FRAMES = 2000;
   PetscInt limit, done;
   double h;
   PetscFunctionBegin;
-  if (is_given("-bs_output_interval") || !model_.linear() || !options_.step.every_step) PetscFunctionReturn(0);
+  if (hooks_.open || is_given("-bs_output_interval") || !model_.linear() || !options_.step.every_step) PetscFunctionReturn(0);
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetMaxSteps(ts_, &limit));
   PetscCall(TSGetStepNumber(ts_, &done));
@@ -127,6 +138,7 @@ PetscErrorCode Run::set_up() {
   PetscCall(open_restart());
   context_.pace = hooks_.pace;
   PetscCall(create_ts(model_, &context_, &ts_));
+  if (hooks_.open) PetscCall(set_far_end(ts_));
   if (hooks_.attach) PetscCall(hooks_.attach(ts_, context_));
   PetscCall(set_tolerances(options_.tolerances, model_, ts_));
   PetscCall(TSGetTime(ts_, &start_));

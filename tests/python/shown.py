@@ -79,3 +79,14 @@ def modes_about():
     cell = bs.generate("triangular", (4, 4), dim=2, periodic="xy", perturbation=0.1, seed=1)
     strained = bs.modes(cell, 2, bs_modes_about="equilibrium", bs_box_strain="xy=velocity:0.1")
     assert np.allclose(strained.box, cell.box @ np.array([[1, 0], [0.1, 1]])) and np.array_equal(bs.modes(cell, 2).box, cell.box)
+
+
+def without_an_end():
+    """A motion that nobody has given an end has none, however short its steps are: twenty of 0.4 ns, from later times, too; one that is given is kept."""
+    net = bs.Lattice([-0.1, 1.1], [[0, 1]], stiffness=50e12, rest_length=1.0, mass=2.0)
+    for start in (0.0, 1e-3):
+        with bs.Simulation(net, dt=4e-10, ts_type="cn", ts_init_time=start) as simulation:
+            simulation.step(20)
+            assert abs(simulation.t - start - 8e-9) < 1e-16 and simulation.steps == 20
+    with raised(bs.InputError, "2.5e+09 steps", "-ts_max_time"):
+        bs.Simulation(net, dt=4e-10, ts_max_time=1.0).step()
