@@ -115,6 +115,44 @@ PetscErrorCode read_particles(MPI_Comm comm, const Hdf5File& file, const Hdf5Lay
   PetscFunctionReturn(0);
 }
 
+/// Trajectories of earlier versions do not say how fast their box is strained.
+PetscErrorCode warn_of_flow(const Hdf5File& file, Lattice* l) {
+  std::string task;
+  PetscFunctionBegin;
+  PetscCall(file.text_attribute("/parameters/options", "bs_task", &task));
+  if (!task.empty() && task != "dynamics") PetscFunctionReturn(0);
+  for (const char* const option : {"bs_box_strain", "bs_box_rate"}) {
+    std::string text;
+    PetscCall(file.text_attribute("/parameters/options", option, &text));
+    if (!text.empty())
+      l->warnings.push_back(l->source + ": its box is strained (-" + option + "), and it has no " + BOX_FLOW +
+                            ": its velocities are taken with the flow of the box, which a run that strains the box adds once more; write the "
+                            "trajectory anew, or give velocities of your own");
+  }
+  PetscFunctionReturn(0);
+}
+
+/// Velocities of a lattice are beside the flow of the box, which a motion adds; those of a trajectory contain it.
+PetscErrorCode take_flow_away(const Hdf5File& file, Lattice* l) {
+  const std::size_t d = static_cast<std::size_t>(l->dim);
+  const std::string path = std::string(BOX_FLOW) + "/value";
+  Table table;
+  TableShape shape;
+  std::vector<double> L;
+  PetscFunctionBegin;
+  if (!file.has(path)) {
+    PetscCall(warn_of_flow(file, l));
+    PetscFunctionReturn(0);
+  }
+  shape.rows = shape.columns = l->dim;
+  shape.frames = true;
+  PetscCall(file.find(path, shape, &table));
+  PetscCall(file.read(table, 0, l->dim, l->dim, &L));
+  for (std::size_t p = 0; p < l->velocity.size(); ++p)
+    for (std::size_t c = 0; c < d; ++c) l->velocity[p] -= L[p % d * d + c] * l->position[p / d * d + c];
+  PetscFunctionReturn(0);
+}
+
 /// What laws of springs take and carry, as far as the file holds it.
 PetscErrorCode read_spring_columns(const Hdf5File& file, const Hdf5Layout& names, Lattice* l) {
   std::vector<Column> area;
@@ -174,6 +212,7 @@ PetscErrorCode read_hdf5_lattice(MPI_Comm comm, const std::string& path, Lattice
   PetscCall(read_springs(comm, file, names, pairs, out));
   PetscCall(read_interactions(comm, file, names.trajectory, out));
   PetscCall(read_hdf5_box(comm, file, names, out));
+  if (names.trajectory) PetscCall(take_flow_away(file, out));
   PetscCall(read_anchors(file, names, anchors, out));
   PetscCall(read_hdf5_groups(comm, file, out));
   if (!names.trajectory) PetscCall(read_scene_attributes(comm, file, out));

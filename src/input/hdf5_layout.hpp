@@ -50,6 +50,9 @@ PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Ro
 PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows, const char* row_name, bool frames, std::vector<Column>* out,
                           int width = 0);
 
+/// Of a trajectory whose box is strained: its L = F' F^-1 (d, d) in every frame, whose velocities contain the flow L x. Those of lattices do not.
+inline const char* const BOX_FLOW = "/particles/trajectory/box/velocity_gradient";
+
 /// That of trajectories, or of lattices.
 inline Hdf5Layout hdf5_layout(bool trajectory) { return {trajectory}; }
 
@@ -92,8 +95,8 @@ void note_unknown_members(const Hdf5File& file, Lattice* lattice);
 /// /anchors, optional: particle (A), point (A,d), stiffness (A); optional rest_length (A; absent: 0), damping (A).
 /// /angles, optional: triples (A,3), the middle particle second, stiffness (A), rest_angle (A).
 /// Attributes of /: spring_law and damping_law, names from physics/pair/springs/registry.hpp.
-/// A file with /particles/trajectory/position/value is a trajectory: its last frame, /connectivity/bonds,
-/// /connectivity/angles, and the laws among its /parameters/options, or of each spring in /connectivity/bonds_law.
+/// A file with /particles/trajectory/position/value is a trajectory: its last frame, with velocities without the flow of the box,
+/// /connectivity/bonds, /connectivity/angles, and the laws among its /parameters/options, or of each spring in /connectivity/bonds_law.
 ///
 /// Errors (exit 2): what cannot be opened, shapes, types, sizes, unknown laws, `fixed` that is not 0 or 1, rest lengths
 /// that are not finite. Other values are left to validate().

@@ -2,6 +2,7 @@
 boxes that are strained."""
 import copy
 import pickle
+import tempfile
 
 import numpy as np
 from helpers import raised
@@ -90,3 +91,23 @@ def without_an_end():
             assert abs(simulation.t - start - 8e-9) < 1e-16 and simulation.steps == 20
     with raised(bs.InputError, "2.5e+09 steps", "-ts_max_time"):
         bs.Simulation(net, dt=4e-10, ts_max_time=1.0).step()
+
+
+def flowing_boxes():
+    """A trajectory of a sheared box is a lattice that goes on as the motion would have: its velocities are those beside the flow, which a motion adds again."""
+    net = bs.generate("triangular", (6, 6), dim=2, periodic="xy", perturbation=0.1, seed=3, damping=0.2)
+    net = net.replace(velocity=0.2 * np.random.default_rng(1).standard_normal(net.x.shape))
+    flow = dict(bs_box_strain="xy=velocity:0.5", ts_type="cn", dt=0.01, snes_rtol=1e-13)
+    L = np.array([[0, 0.5], [0, 0]])
+    with tempfile.TemporaryDirectory() as folder:
+        first = list(bs.run(net, until=0.5, every=0.5, bs_output=f"{folder}/a.h5md", **flow))[-1]
+        whole = list(bs.run(net, until=1.0, every=1.0, **flow))[-1]
+        assert abs(list(bs.run(net, until=0.0, **flow))[0].v - net.velocity - net.x @ L.T).max() < 1e-14
+        again = bs.read(f"{folder}/a.h5md")
+        assert abs(again.velocity - (first.v - first.x @ L.T)).max() < 1e-13 and np.array_equal(again.x, first.x)
+        begun = list(bs.run(again, until=0.5, every=0.5, **flow))
+        assert abs(begun[0].v - first.v).max() < 1e-13 and abs(begun[-1].x - whole.x).max() < 1e-10 and abs(begun[-1].v - whole.v).max() < 1e-10
+        again.save(f"{folder}/lattice.h5")
+        assert np.array_equal(bs.read(f"{folder}/lattice.h5").velocity, again.velocity)
+        still = list(bs.run(net, until=0.1, every=0.1, bs_output=f"{folder}/still.h5md", **{**flow, "bs_box_strain": None}))[-1]
+        assert np.array_equal(bs.read(f"{folder}/still.h5md").velocity, still.v)

@@ -34,7 +34,7 @@ class Lattice:
     pairs: (S, 2) rows of the particles at the ends, from 0.
     stiffness: (S,) or one number [N/m] (strain law: [N]); rest_length: (S,) or one number [m], by default the initial distances.
     damping: (S,) or one number [kg/s]. area: (S,) or one number, cross-sections for stresses [m^2].
-    mass: (N,) or one number [kg], > 0; velocity: (N, d) [m/s].
+    mass: (N,) or one number [kg], > 0; velocity: (N, d) [m/s], beside that of a box that strains, v - L x, which a motion adds.
     fixed: rows of particles, or a mask (N,). groups: {name: rows or mask}, for loads, motions and reactions.
     box: (d,) lengths or (d, d) edges of a periodic box, rows [m]; periodic: which of the edges repeat, by default all; shift: (S, d) the image of the
     box in which a spring's second end lies, by default the nearest.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/vec_array.hpp"
+#include "input/hdf5_layout.hpp"
 #include "systems/particles/particle_model.hpp"
 
 namespace bs {
@@ -35,6 +36,7 @@ PetscErrorCode ParticleModel::observe_box(double t, std::vector<Observable>* out
     for (int c = 0; c < d; ++c)
       if (columns > 0 || k == c) shown.push_back(edges[k * d + c]);
   out->push_back({BOX_EDGES, shown, columns});
+  if (box.moving() && box.free_strains(t).empty()) out->push_back({BOX_FLOW, std::vector<double>(L, L + d * d), d, {0, 0, -1}});
   std::vector<double> found;
   for (const FreeStrain& one : box.free_strains(t)) found.push_back(one.strain);
   if (!found.empty()) out->push_back({"free_strain", found});
