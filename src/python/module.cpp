@@ -3,6 +3,7 @@
 #include <memory>
 #include "base/option_aliases.hpp"
 #include "session/session.hpp"
+#include "time/disown.hpp"
 
 namespace bs::python {
 
@@ -14,11 +15,19 @@ static std::unique_ptr<Library>& library() {
   return running;
 }
 
+/// As an exception of Python's, which petsc4py leaves as it is where the code is that of PETSC_ERR_PYTHON.
+static PetscErrorCode raise(const char* text) {
+  const py::gil_scoped_acquire lock;
+  PyErr_SetString(PyExc_RuntimeError, text);
+  return static_cast<PetscErrorCode>(-1);
+}
+
 static bool start() {
   PetscBool before = PETSC_FALSE;
   if (library()) return library()->started();
   (void)PetscInitialized(&before);
   library() = std::make_unique<Library>();
+  tell_of_refusals(raise);
   // errors of calls by petsc4py are codes, which it raises: PETSc's own handler would abort all ranks
   if (!before && library()->started()) (void)PetscPushErrorHandler(PetscReturnErrorHandler, nullptr);
   return library()->started();

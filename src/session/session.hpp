@@ -169,7 +169,7 @@ class Session {
   /// of ranks, whose positions this one's lattice has; works and times begin anew.
   Error inherit(const SavedState& equilibrium);
   /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
-  /// on from a state that is set or restored.
+  /// on from a state that is set or restored. Who holds a reference may look at it after that, too: what would compute is an error of PETSc's then.
   Error stepper(TS* ts);
   /// The same of the load steps by which solve_statics() or follow() found an equilibrium last; until the next analysis, and of none where there is
   /// no equilibrium.

@@ -7,8 +7,14 @@
 #include "output/tables.hpp"
 #include "systems/mechanics.hpp"
 #include "systems/system.hpp"
+#include "time/disown.hpp"
 
 namespace bs {
+
+/// The stepper may be handed out.
+Run::~Run() {
+  if (ts_) (void)disown(ts_);
+}
 
 RunState Run::state() const {
   const RunCounts& c = stepper_->counts();

@@ -52,6 +52,9 @@ class Run {
         warnings_(model.comm()),
         watch_(model, options.energy_growth, warnings_),
         step_watch_(model, warnings_) {}
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+  ~Run();
   PetscErrorCode set_up();
   /// The whole run: begin, go_on, end. Returns ERR_FAILED where it failed (exit 3) or could not write (exit 4). `exit_code`: 0, or 128 + signal.
   PetscErrorCode advance(int* exit_code);

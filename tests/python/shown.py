@@ -5,7 +5,7 @@ import pickle
 import tempfile
 
 import numpy as np
-from helpers import raised
+from helpers import python, raised
 
 import backspring as bs
 from cases import sheet
@@ -111,3 +111,67 @@ def flowing_boxes():
         assert np.array_equal(bs.read(f"{folder}/lattice.h5").velocity, again.velocity)
         still = list(bs.run(net, until=0.1, every=0.1, bs_output=f"{folder}/still.h5md", **{**flow, "bs_box_strain": None}))[-1]
         assert np.array_equal(bs.read(f"{folder}/still.h5md").velocity, still.v)
+
+
+SOLVERS = """
+import gc
+import backspring as bs
+import numpy as np
+from cases import sheet
+net, gravity = bs.Lattice(**sheet()), dict(bs_gravity=(0, -9.81))
+def taken(ts):
+    snes = ts.getSNES()
+    return ts, snes, snes.getKSP(), snes.getJacobian()[0], ts.getSolution()
+def refused(call):
+    try:
+        call()
+    except RuntimeError as error:
+        return "ask the simulation for its solver again" in str(error)
+def ended(ts, snes, ksp, J, y, implicit=True):
+    others = [bs.Simulation(net, dt=1e-3) for _ in range(10)]  # which take memory that was freed
+    for one in others: one.step()
+    b, x = y.duplicate(), y.duplicate()
+    b.set(1.0)
+    calls = [ts.step, lambda: ts.solve(y)]
+    if implicit: calls += [lambda: snes.solve(None, x), lambda: ksp.solve(b, x), lambda: snes.computeFunction(y, x), lambda: ts.computeIFunction(0.0, y, b, x)]
+    if implicit and J.getType() == "shell": calls += [lambda: J.mult(b, x)]
+    before = y.norm()
+    assert [k for k, call in enumerate(calls) if not refused(call)] == [], ts.getType()
+    assert y.norm() == before and ts.getStepNumber() == 3 and (not implicit or J.getSize()[0] == 4 * len(net)), ts.getType()
+for options in (dict(), dict(ts_type="cn", bs_operator="assembled"), dict(ts_type="alpha2"), dict(ts_type="bdf", ts_bdf_order=2, ts_adapt_type="none"), dict(snes_type="newtonls", pc_type="lu", bs_operator="assembled"), dict(ts_type="rk"), dict(ts_type="verlet"), dict(ts_type="symplectic")):
+    implicit = options.get("ts_type") not in ("rk", "verlet", "symplectic")
+    simulation = bs.Simulation(net, dt=1e-3, **gravity, **options)
+    start = simulation.save()
+    simulation.step(3)
+    own = taken(simulation.petsc())
+    simulation.restore(start)
+    simulation.step(2)
+    x = simulation.x
+    ended(*own, implicit)
+    assert np.array_equal(simulation.x, x) and simulation.petsc().getStepNumber() == 2
+    simulation.step()
+    own = taken(simulation.petsc())
+    simulation.close()
+    del simulation
+    gc.collect()
+    ended(*own, implicit)
+    del own
+    gc.collect()
+solver = bs.Statics(net, **gravity)
+solver.solve()
+ts, snes, ksp, J, y = taken(solver.petsc())
+solver.close()
+assert refused(ts.step) and refused(lambda: snes.solve(None, y)) and refused(lambda: J.mult(y, y.duplicate())) and abs(ts.getTime() - 1) < 1e-15
+print("ended")
+"""
+
+
+def solvers_that_ended():
+    """PETSc's solvers of a simulation that has ended, or gone on from another state, can be looked at, and refuse to compute: in a process of its own."""
+    try:
+        with bs.Simulation(bs.Lattice(**sheet()), dt=1e-3) as simulation:
+            simulation.petsc()
+    except ImportError:
+        return
+    done = python(SOLVERS, timeout=100)
+    assert done.returncode == 0 and done.stdout.endswith("ended\n"), (done.returncode, done.stdout, done.stderr[-3000:])

@@ -128,7 +128,7 @@ class Statics(InProcess):
 
     def petsc(self) -> Any:
         """PETSc's stepper of the load steps as petsc4py has it (petsc4py.PETSc.TS), with its SNES, KSP, state and tangent at the last equilibrium. It ends with
-        the solver, and with the next solve(afresh=True)."""
+        the solver, and with the next solve(afresh=True): what is looked at stays, and what would compute is a RuntimeError then."""
         self._require_open()
         error, stepper = self._session.load_stepper()
         errors.check(error)

@@ -239,7 +239,8 @@ class Simulation(Watched):
 
     def petsc(self) -> Any:
         """PETSc's stepper as petsc4py has it (petsc4py.PETSc.TS), with its SNES, KSP, state and matrices, to be looked at between steps: getSNES(),
-        getSNES().getKSP(), getSolution(). It ends with the simulation, and with the next state that is set or restored."""
+        getSNES().getKSP(), getSolution(). It ends with the simulation, and with the next state that is set or restored: what is looked at stays, and what
+        would compute is a RuntimeError then, of solvers and matrices that were taken from it, too."""
         return self._found(self._session.stepper())
 
     def frame(self) -> Dict[str, Any]:
