@@ -76,11 +76,10 @@ PetscErrorCode read_output_settings(MPI_Comm comm, Steps steps, OutputSettings* 
   }));
   if (steps != Steps::none)
     PetscCall(read_section(comm, "Frames and progress", [&](Section& section) {
-      section.real(
-          "-bs_output_interval",
-          "simulated time between frames; 0: a frame at every step; default: 0, and for linear systems of more than 2000 steps as many steps as "
-          "give at most 2000 frames [s]",
-          settings->interval, Range::nonnegative);
+      section.real("-bs_output_interval",
+                   "simulated time between frames; 0: a frame at every step; default: 0, and for linear systems of more than 2000 steps of one "
+                   "length as many steps as give at most 2000 frames [s]",
+                   settings->interval, Range::nonnegative);
       section.real("-bs_output_flush",
                    "longest wall-clock time for which frames and the log of steps wait in memory before they are written and brought to disk, beside "
                    "the time of a step; 0: every frame at once [s]",

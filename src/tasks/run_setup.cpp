@@ -68,15 +68,17 @@ PetscErrorCode Run::print_header(const std::string& solver) {
   PetscFunctionReturn(0);
 }
 
-/// Linear systems have small frames and many short steps: where no interval is given and more than MOST_FRAMES steps are to come, the
-/// frames are some steps apart. It becomes the option's value, so that a continued run has
+/// Linear systems have small frames and many short steps: where no interval is given and more than MOST_FRAMES steps of one length are to come, the
+/// frames are some steps apart. Steps that an error estimate chooses would be bound by it. It becomes the option's value, so that a continued run has
 /// the same.
 PetscErrorCode Run::choose_interval() {
   constexpr double MOST_FRAMES = 2000;
   PetscInt limit, done;
   double h;
+  bool adaptive = false;
   PetscFunctionBegin;
-  if (hooks_.open || is_given("-bs_output_interval") || !model_.linear() || !options_.step.every_step) PetscFunctionReturn(0);
+  PetscCall(is_adaptive(ts_, &adaptive));
+  if (adaptive || hooks_.open || is_given("-bs_output_interval") || !model_.linear() || !options_.step.every_step) PetscFunctionReturn(0);
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(TSGetMaxSteps(ts_, &limit));
   PetscCall(TSGetStepNumber(ts_, &done));

@@ -158,6 +158,19 @@ def check_factorisations(checks):
                 run.stderr.strip()[-90:])
 
 
+def check_adapted_steps(checks):
+    """Steps that are adapted to an error are as long with frames as without, one after each of them, where no interval is given; of one length, 2000 frames are written at most."""
+    ladder = {"bs_model": "linear", "bs_linear_type": "rc_ladder", "bs_linear_size": 10, "ts_type": "bdf", "ts_dt": 1e-9, "ts_max_time": 1e-4}
+    for adapted, more in ((True, {"ts_adapt_type": "basic", "ts_rtol": 1e-4}), (False, {"ts_adapt_type": "none", "ts_dt": 2e-8})):
+        free = checks.run({**ladder, **more}).report
+        done = checks.run({**ladder, **more, "bs_output": "states.h5md"}, keep=("states.h5md",))
+        with h5py.File(io.BytesIO(done.files["states.h5md"])) as f:
+            frames = len(f["states/time"])
+        expected = done.report["steps"] + 1 if adapted else 5000 / 3 + 1
+        checks.true(f"{'adapted' if adapted else 'equal'} steps with frames", done.report["steps"] == free["steps"] and abs(frames - expected) < 1,
+                    f"{done.report['steps']} steps, {free['steps']} without a trajectory, {frames} frames")
+
+
 def check_explicit_limit(checks):
     """The largest stable step of explicit types on a rod's heat, where C^-1 G = (n + 1)^2 tridiag(-1, 2, -1): z/lambda_max, |R(-z)| = 1."""
     n = 20
@@ -490,7 +503,7 @@ def check_builtin(checks):
         if checks.wants(name):
             with checks.group(name), tempfile.TemporaryDirectory() as folder:
                 check(checks, folder)
-    for name, check in (("factorisations", check_factorisations), ("explicit_limit", check_explicit_limit), ("ranks", check_ranks), ("remarks", check_remarks)):
+    for name, check in (("factorisations", check_factorisations), ("adapted_steps", check_adapted_steps), ("explicit_limit", check_explicit_limit), ("ranks", check_ranks), ("remarks", check_remarks)):
         if checks.wants(name):
             with checks.group(name):
                 check(checks)
