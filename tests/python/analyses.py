@@ -100,6 +100,22 @@ def load_steps():
         bs.statics(bar, loads={"end": 6.0}, observe=3)
 
 
+def flat_nets():
+    """Paths by arc length of nets of cables that lie flat and have no stiffness across before their load: they end where load steps do (what is slack may lie
+    elsewhere), and sag further with every step."""
+    n = 7
+    x = np.array([[i, j, 0.0] for j in range(n) for i in range(n)])
+    pairs = [(k, k + 1) for k in range(n * n) if k % n < n - 1] + [(k, k + n) for k in range(n * n - n)]
+    rim = [k for k in range(n * n) if k % n in (0, n - 1) or k // n in (0, n - 1)]
+    for held in (rim, [0, n - 1, n * n - n, n * n - 1]):
+        net = bs.Lattice(x, pairs, stiffness=1000.0, rest_length=1.0, law="tension", fixed=held, groups={"middle": [n * n // 2]})
+        load, factors = dict(loads={"middle": (0, 0, -1.0)}, snes_rtol=1e-10), []
+        steps = bs.statics(net, load_steps=10, **load)
+        path = bs.statics(net, load_steps=50, bs_load_control="arc", observe=lambda s, eq: factors.append((s, eq.x[n * n // 2, 2])), **load)
+        sag = np.array(factors)
+        assert path.load_factor == 1 and abs(path.energy / steps.energy - 1) < 1e-6 and abs(sag[-1, 1] - steps.x[n * n // 2, 2]) < 1e-6 and (np.diff(sag[:, 0]) > 0).all() and (np.diff(sag[:, 1]) < 0).all(), sag
+
+
 def breaking_turns():
     """A beam of three points on two rollers, pressed in its middle: its angle spring breaks beyond M = F l/2, also when it was saved and read, and the beam
     folds up."""

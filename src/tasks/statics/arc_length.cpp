@@ -63,7 +63,8 @@ PetscErrorCode ArcLength::begin(SNES snes, Vec X) {
   PetscFunctionBegin;
   PetscCall(TSGetTime(ts_, &t));
   PetscCall(TSGetSolution(ts_, &y));
-  if (t != from_) {
+  repeated_ = t == from_;
+  if (!repeated_) {
     if (from_ >= 0) {
       PetscCall(VecWAXPY(way_, -1.0, start_, y));
       way_s_ = now_ - start_factor_;
@@ -161,14 +162,35 @@ PetscErrorCode ArcLength::correct(SNES snes, Vec X, Vec F) {
   PetscFunctionReturn(0);
 }
 
-/// The equilibrium that the path begins with, by what serves load steps.
-PetscErrorCode ArcLength::solve_start(SNES snes) {
+/// An equilibrium at the present load factor, by what serves load steps.
+PetscErrorCode ArcLength::solve_at_load(SNES snes) {
   PC pc;
   PetscFunctionBegin;
   PetscCall(linear_solver_of(ts_, nullptr, &pc));
   PetscCall(condensed_set_tangent(pc, model_->tangent(), of_start_));
   PetscCall(start_solver_->solve(snes));
   PetscCall(condensed_set_tangent(pc, model_->tangent(), of_path_));
+  PetscFunctionReturn(0);
+}
+
+/// A first step whose corrections have failed, as where a flat net has no stiffness before its load: the load is given, and the way that it leads
+/// takes the tangent's place in X.
+PetscErrorCode ArcLength::raise_load(SNES snes, Vec X) {
+  PetscReal h;
+  double square = 0;
+  PetscFunctionBegin;
+  PetscCall(TSGetTimeStep(ts_, &h));
+  const double left = path_.end - start_factor_, change = path_.lower ? -h : h;
+  to_end_ = left * change > 0 && std::abs(change) >= std::abs(left) * (1 - 1e-9);
+  now_ = to_end_ ? path_.end : start_factor_ + change;
+  model_->set_factor(now_);
+  PetscCall(solve_at_load(snes));
+  arrived_ = snes->reason > 0 && to_end_;
+  if (snes->reason <= 0) PetscFunctionReturn(0);
+  PetscCall(VecWAXPY(way_, -1.0, start_, X));
+  scale_ = 0;
+  PetscCall(product(way_, way_, &square));
+  scale_ = square / ((now_ - start_factor_) * (now_ - start_factor_));
   PetscFunctionReturn(0);
 }
 
@@ -180,10 +202,14 @@ PetscErrorCode ArcLength::solve(SNES snes) {
   PetscReal size = 0, xnorm = 0, load = 0;
   PetscFunctionBegin;
   if (!start_solver_->at_load_step()) {
-    PetscCall(solve_start(snes));
+    PetscCall(solve_at_load(snes));
     PetscFunctionReturn(0);
   }
   PetscCall(begin(snes, X));
+  if (repeated_ && !has_way_) {
+    PetscCall(raise_load(snes, X));
+    PetscFunctionReturn(0);
+  }
   PetscCall(predict(snes, X, &solved));
   if (!solved) snes->reason = SNES_DIVERGED_LINEAR_SOLVE;
   PetscCall(VecNorm(q_, NORM_2, &load));

@@ -35,7 +35,8 @@ class ArcLength {
   bool at_end() const { return arrived_; }
 
  private:
-  PetscErrorCode solve_start(SNES snes);
+  PetscErrorCode solve_at_load(SNES snes);
+  PetscErrorCode raise_load(SNES snes, Vec X);
   PetscErrorCode begin(SNES snes, Vec X);
   PetscErrorCode linear_solves(SNES snes, Vec X, Vec F, bool* solved);
   PetscErrorCode predict(SNES snes, Vec X, bool* solved);
@@ -56,6 +57,7 @@ class ArcLength {
   double scale_ = 0;                       ///< X^2; 0: not known yet
   double from_ = -1;                       ///< time at which the present step starts
   bool has_way_ = false, to_end_ = false;  ///< to_end_: this step is one at the load factor end_
+  bool repeated_ = false;                  ///< the present step was tried before
   bool arrived_ = false;
 };
 
