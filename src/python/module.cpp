@@ -1,6 +1,9 @@
 // The Python module backspring._core: what Session offers, with NumPy's arrays. Checks of arguments, defaults and names are the package's, in Python.
 #include "python/module.hpp"
+#include <atomic>
+#include <chrono>
 #include <memory>
+#include <stdexcept>
 #include "base/option_aliases.hpp"
 #include "session/session.hpp"
 #include "time/disown.hpp"
@@ -8,6 +11,28 @@
 namespace bs::python {
 
 namespace py = pybind11;
+
+static std::recursive_timed_mutex in_use;
+static std::atomic<unsigned long> holder{0};  // the thread whose turn it is; 0: nobody's
+static int turns = 0;                         // of that thread, within one another
+
+Turn::Turn(bool anyway) {
+  constexpr std::chrono::milliseconds PATIENCE(200);
+  alone_ = std::unique_lock<std::recursive_timed_mutex>(in_use, std::defer_lock);
+  while (!alone_.try_lock_for(PATIENCE)) {
+    const py::gil_scoped_acquire lock;
+    if (!anyway && py::module_::import("backspring.threads").attr("waits_for_this")(holder.load()).cast<bool>())
+      throw std::runtime_error(
+          "another thread is in a call of backspring and waits there, in an observer or in forces, for this one, which would wait for that call for "
+          "ever: call backspring in the observer itself, or wait for this thread after the call");
+  }
+  holder = PyThread_get_thread_ident();
+  ++turns;
+}
+
+Turn::~Turn() {
+  if (--turns == 0) holder = 0;
+}
 
 /// MPI and PETSc run from the first use to finish().
 static std::unique_ptr<Library>& library() {

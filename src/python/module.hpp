@@ -10,18 +10,17 @@ void bind_lattices(pybind11::module_& m);
 void bind_sessions(pybind11::module_& m);
 
 /// While it lives, this thread alone is in the library, which is one thread's at a time, and Python's lock is free. Callbacks may take turns within
-/// it.
+/// it. Throws where the thread whose turn it is waits for this one, in a callback, unless it has to wait `anyway`.
 class Turn {
  public:
-  Turn() : alone_(in_use()) {}
+  explicit Turn(bool anyway = false);
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  ~Turn();
 
  private:
-  static std::recursive_mutex& in_use() {
-    static std::recursive_mutex one;
-    return one;
-  }
   pybind11::gil_scoped_release free_;  // before it waits
-  std::lock_guard<std::recursive_mutex> alone_;
+  std::unique_lock<std::recursive_timed_mutex> alone_;
 };
 
 /// (kind, text) of an error, kinds by the exit codes of the program; None where there is none.

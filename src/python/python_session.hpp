@@ -108,15 +108,16 @@ class PythonSession {
     PetscBool running = PETSC_FALSE;
     (void)PetscInitialized(&running);
     if (running) {
-      close();
+      close(true);
       if (comm_ != MPI_COMM_NULL) MPI_Comm_free(&comm_);
     } else {
       (void)session_.release();  // the interpreter ends, and PETSc has ended
     }
   }
-  void close() {
+  /// `anyway`: whoever waits for this thread.
+  void close(bool anyway = false) {
     {
-      const Turn turn;
+      const Turn turn(anyway);
       if (!session_) return;
       if (busy_) throw std::runtime_error("a call of this simulation is under way: close it afterwards");
       session_->on_step({});

@@ -133,7 +133,7 @@ py::tuple view_of(PythonSession& s, const std::string& name) {
     PetscBool running = PETSC_FALSE;
     (void)PetscInitialized(&running);
     std::optional<Turn> turn;
-    if (running) turn.emplace();
+    if (running) turn.emplace(true);
     delete static_cast<std::shared_ptr<const void>*>(kept);
   });
   const py::ssize_t size = sizeof(double);
@@ -231,7 +231,7 @@ void bind_sessions(py::module_& m) {
   });
   one.def("checkpoint", [](PythonSession& s, const std::string& file) { return as_python(s.call([&] { return s->checkpoint(file); })); });
   one.def("observe", &PythonSession::observe);
-  one.def("close", &PythonSession::close);
+  one.def("close", [](PythonSession& s) { s.close(); });
 }
 
 }  // namespace bs::python

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Runs that are watched, stopped, broken, saved and continued from Python, on one rank and several: by the program's files, closed forms, and runs that
 were not disturbed."""
+import concurrent.futures
 import contextlib
 import gc
 import os
@@ -222,6 +223,43 @@ def threads():
         assert np.array_equal(found[k], alone[k])
 
 
+def waited_for():
+    """A call of a thread that an observer, or forces, wait for by join() or result() is refused, also by way of a third thread; threads that are waited for by others,
+    or with a limit, take their turns."""
+    if SIZE > 1:
+        return
+    net, said = bs.Lattice(**sheet()), []
+
+    def started(call):
+        thread = threading.Thread(target=lambda: said.append(outcome(call)))
+        thread.start()
+        return thread
+
+    def solve():
+        bs.statics(net, bs_gravity=(0, -1.0))
+
+    def by_future():
+        with concurrent.futures.ThreadPoolExecutor(1) as pool:
+            return pool.submit(solve).result()
+
+    once = lambda call: bs.Simulation(net, dt=1e-3, observe=lambda t, frame: call()).step()
+    refused = lambda error: isinstance(error, RuntimeError) and "for this one" in str(error)
+    once(lambda: started(solve).join())
+    once(lambda: started(lambda: started(solve).join()).join())
+    assert refused(said[0]) and refused(said[1]) and said[2] is None and len(said) == 3, said
+    assert refused(outcome(lambda: once(by_future)))
+    forces = lambda t, x, v: (started(solve).join(), 0 * x)[1]
+    bs.Simulation(net, dt=1e-3, forces=forces, ts_type="euler").step()
+    assert len(said) > 3 and all(refused(one) for one in said[3:]), said
+    said.clear()
+    waiting = []
+    once(lambda: waiting.append(started(solve)) or waiting[-1].join(timeout=0.5))
+    once(lambda: waiting.append(started(solve)) or time.sleep(0.5))
+    for one in waiting:
+        one.join()
+    assert said == [None, None], said
+
+
 def outcome(call):
     """The exception of a call."""
     try:
@@ -280,7 +318,7 @@ def progressing():
     assert done.returncode == 0 and done.stdout.count("apt install python3-tqdm") == RANKS, done.stdout + done.stderr
 
 
-PARTS = (stopped, observed, broken, saved, differing, threads, collected, warned)
+PARTS = (stopped, observed, broken, saved, differing, threads, waited_for, collected, warned)
 RANKS = int(sys.argv[sys.argv.index("--ranks") + 1]) if "--ranks" in sys.argv else 1
 
 
