@@ -3,7 +3,9 @@ boxes that are strained."""
 import copy
 import pickle
 import tempfile
+import warnings
 
+import h5py
 import numpy as np
 from helpers import python, raised
 
@@ -107,6 +109,12 @@ def flowing_boxes():
         assert abs(again.velocity - (first.v - first.x @ L.T)).max() < 1e-13 and np.array_equal(again.x, first.x)
         begun = list(bs.run(again, until=0.5, every=0.5, **flow))
         assert abs(begun[0].v - first.v).max() < 1e-13 and abs(begun[-1].x - whole.x).max() < 1e-10 and abs(begun[-1].v - whole.v).max() < 1e-10
+        with h5py.File(f"{folder}/a.h5md", "a") as f:  # as earlier versions wrote it
+            del f["particles/trajectory/box/velocity_gradient"]
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            assert np.array_equal(bs.read(f"{folder}/a.h5md").velocity, first.v)
+        assert ["bs_box_strain" in str(one.message) and "once more" in str(one.message) for one in told] == [True], told
         again.save(f"{folder}/lattice.h5")
         assert np.array_equal(bs.read(f"{folder}/lattice.h5").velocity, again.velocity)
         still = list(bs.run(net, until=0.1, every=0.1, bs_output=f"{folder}/still.h5md", **{**flow, "bs_box_strain": None}))[-1]
