@@ -148,7 +148,7 @@ PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
 static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lattice& l) {
   const std::size_t d = at(l.dim), width = at(joined.width), first = at(joined.first), center = at(joined.center);
   std::vector<double> ends;
-  double inverse[9] = {};
+  const NearestImages nearest(l.box, l.dim);
   Error fault;
   PetscFunctionBegin;
   // an end that does not exist is reported later, with its place
@@ -157,22 +157,21 @@ static PetscErrorCode find_shifts(MPI_Comm comm, const Joined& joined, const Lat
   joined.shift->assign(at(joined.rows.count) * (width - first) * d, 0);
   if (wrong) PetscFunctionReturn(0);
   PetscCall(fetch_rows(comm, l.particles, l.position, l.dim, joined.ends, &ends));
-  (void)invert_edges(l.box.edges.data(), l.dim, inverse);
   for (std::size_t item = 0; item < joined.ends.size(); ++item) {
     const std::size_t k = item / width, a = item % width, from = k * width + center;
     const std::int64_t row = joined.rows.first + static_cast<std::int64_t>(k);
     double dx[3] = {0, 0, 0}, square = 0;
-    int shift[3] = {0, 0, 0};
+    std::int64_t shift[3] = {0, 0, 0};
     if (a == center || joined.ends[item] == joined.ends[from]) continue;  // an end twice is refused later
     for (std::size_t c = 0; c < d; ++c) {
       dx[c] = ends[item * d + c] - ends[from * d + c];
-      square += l.box.edges[c * d + c] * l.box.edges[c * d + c];
+      for (std::size_t e = 0; e < d; ++e) square += l.box.edges[e * d + c] * l.box.edges[e * d + c];
     }
-    const double further = nearest_image(l.box, inverse, l.dim, dx, shift);
+    const double further = nearest.find(dx, shift);
     double length = 0;
     for (std::size_t c = 0; c < d; ++c) {
       double x = dx[c];
-      for (std::size_t e = 0; e < d; ++e) x += shift[e] * l.box.edges[e * d + c];
+      for (std::size_t e = 0; e < d; ++e) x += static_cast<double>(shift[e]) * l.box.edges[e * d + c];
       length = std::hypot(length, x);
     }
     // as near as the square of the length can tell, which the rounding of places in a large box blurs
@@ -196,8 +195,8 @@ static PetscErrorCode check_reach(MPI_Comm comm, const Joined& joined, const Lat
     for (std::size_t a = 0; a < ends && !fault; ++a)
       if (std::abs((*joined.shift)[k] - (joined.first > 0 ? 0 : row[a * d + k % d])) > image::MOST)
         fault.note(joined.rows.first + static_cast<std::int64_t>(k / size),
-                   format("%s: %s %" PRId64 ": its ends are more than 63 boxes apart; write positions nearer to each other", l.source.c_str(),
-                          joined.title.c_str(), joined.rows.first + static_cast<std::int64_t>(k / size)));
+                   format("%s: %s %" PRId64 ": its ends are more than 63 boxes apart; write positions nearer to each other, or edges that lean less",
+                          l.source.c_str(), joined.title.c_str(), joined.rows.first + static_cast<std::int64_t>(k / size)));
   }
   PetscCall(fail_if_any(comm, fault));
   PetscFunctionReturn(0);

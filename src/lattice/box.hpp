@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace bs {
 
@@ -63,43 +64,21 @@ inline bool complete_edges(PeriodicBox* box, int d) {
   return invert_edges(box->edges.data(), d, inverse);
 }
 
-/// The two of dx + sum of s_k e_k, over the shifts s near its reduced coordinates, that are shortest: s of the first into `shift`; returned is how
-/// much shorter its square is than that of the second (infinity: there is no second). inverse: of invert_edges.
-inline double nearest_image(const PeriodicBox& box, const double* inverse, int d, const double* dx, int* shift) {
-  int middle[3] = {0, 0, 0};
-  for (int k = 0; k < d; ++k) {
-    double r = 0;
-    for (int c = 0; c < d; ++c) r += dx[c] * inverse[c * d + k];
-    if (box.periodic[k]) middle[k] = -static_cast<int>(std::lround(r));
-  }
-  double best = INFINITY, second = INFINITY;
-  const int reach[3] = {box.periodic[0], box.periodic[1], box.periodic[2]};
-  for (bool moved = true; moved;) {  // along with edges that are not periodic the start may be further away
-    moved = false;
-    const int start[3] = {middle[0], middle[1], middle[2]};
-    best = second = INFINITY;
-    for (int a = -reach[0]; a <= reach[0]; ++a)
-      for (int b = -reach[1]; b <= reach[1]; ++b)
-        for (int c = -reach[2]; c <= reach[2]; ++c) {
-          const int s[3] = {start[0] + a, start[1] + b, start[2] + c};
-          double square = 0;
-          for (int q = 0; q < d; ++q) {
-            double x = dx[q];
-            for (int k = 0; k < d; ++k) x += s[k] * box.edges[static_cast<std::size_t>(k * d + q)];
-            square += x * x;
-          }
-          if (square < best) {
-            second = best;
-            best = square;
-            for (int k = 0; k < 3; ++k) middle[k] = s[k];
-          } else if (square < second) {
-            second = square;
-          }
-        }
-    for (int k = 0; k < 3; ++k) moved = moved || middle[k] != start[k];
-  }
-  for (int k = 0; k < d; ++k) shift[k] = middle[k];
-  return second - best;
-}
+/// Which images are nearest in a periodic box, by a reduced basis of its periodic edges: however skew these are, the images beside one another are
+/// those whose numbers in that basis differ by 1 at most.
+class NearestImages {
+ public:
+  NearestImages(const PeriodicBox& box, int d);
+  /// The two of dx + sum of s_k e_k that are shortest of all: s (d) of the first into `shift`; returned is how much shorter its square is than that
+  /// of the second (infinity: there is no second). Shifts by more than 10^9 boxes are given as 10^9.
+  double find(const double* dx, std::int64_t* shift) const;
+
+ private:
+  bool shorten_by_others(const PeriodicBox& box, int k);
+
+  int d_, count_ = 0;              ///< dimensions; periodic edges
+  std::array<double, 9> b_{};      ///< (count, d) the reduced basis
+  std::array<double, 9> whole_{};  ///< (count, d) whole numbers: b_k = sum of whole_kj e_j
+};
 
 }  // namespace bs

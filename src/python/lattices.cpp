@@ -119,6 +119,16 @@ void bind_lattices(py::module_& m) {
   one.def_readwrite("implied_options", &LatticeArrays::implied_options);
   bind_parts(one);
 
+  m.def("nearest_images", [](const std::vector<double>& edges, const std::vector<bool>& periodic, const Given<double>& ways) {
+    const std::size_t d = periodic.size(), n = static_cast<std::size_t>(ways.size()) / std::max<std::size_t>(d, 1);
+    std::vector<std::int64_t> shift(n * d);
+    PeriodicBox box;
+    std::copy(periodic.begin(), periodic.end(), box.periodic);
+    std::copy(edges.begin(), edges.end(), box.edges.begin());
+    const NearestImages nearest(box, static_cast<int>(d));
+    for (std::size_t k = 0; k < n; ++k) (void)nearest.find(ways.data() + k * d, shift.data() + k * d);
+    return array_of(std::move(shift), {static_cast<py::ssize_t>(n), static_cast<py::ssize_t>(d)});
+  });
   m.def("read_lattice", [](std::int64_t comm, const Settings& settings) {
     LatticeArrays arrays;
     std::vector<std::string> warnings;

@@ -133,7 +133,7 @@ def places_alone():
 
 
 def wrapped():
-    """Atoms that are put back into the box pull as before."""
+    """Atoms that are put back into the box pull as before; those that move by less than half a box stay where they are, however skew its edges are."""
     net = bs.Lattice(**cell())
     atoms = atoms_of(net)
     atoms.calc = Backspring(net)
@@ -141,6 +141,14 @@ def wrapped():
     before = atoms.get_forces().copy()
     atoms.wrap()
     assert abs(atoms.get_forces() - before).max() < 1e-10 * abs(before).max()
+    skew = net.replace(box=[[5.0, 0], [15, 5]], shift=net.shift @ [[1, 0], [-3, 1]])  # the same images by other edges
+    forces = []
+    for one in (net, skew):
+        atoms = atoms_of(one)
+        atoms.calc = Backspring(one)
+        atoms.positions[3, 1] += 1.0
+        forces.append(atoms.get_forces())
+    assert abs(forces[1] - forces[0]).max() < 1e-12 * abs(forces[0]).max(), abs(forces[1] - forces[0]).max()
 
 
 def optimiser():

@@ -124,6 +124,47 @@ def images():
         open_side.replace(box=[[1.0, 0], [2, 0]]).lengths()
 
 
+def shortest(way, edges):
+    """Length of the shortest of way + sum of s_k edges_k over all whole s: all that are not longer than `way` itself are looked through."""
+    q, r = np.linalg.qr(edges.T)
+    along = q.T @ way
+    across = way - q @ along
+
+    def least(k, y):
+        if k < 0:
+            return y @ y
+        away, step = np.linalg.norm(along) + 1e-9, abs(r[k, k])
+        first, last = -y[k] / r[k, k] - away / step, -y[k] / r[k, k] + away / step
+        return min(least(k - 1, y + s * r[:, k]) for s in range(int(np.floor(first)), int(np.ceil(last)) + 1))
+
+    return np.sqrt(least(len(edges) - 1, along) + across @ across)
+
+
+def skewed():
+    """The images that springs join by themselves are the nearest of all, by the package and the program alike, in boxes whose edges lean by up to ten lengths along
+    whichever of them they repeat."""
+    rng, seen = np.random.default_rng(3), 0
+    for _ in range(90):
+        d = int(rng.integers(1, 4))
+        periodic = rng.random(d) < 0.7
+        if not periodic.any():
+            continue
+        turn = np.linalg.qr(rng.normal(size=(d, d)))[0]
+        box = (np.tril(rng.uniform(-10, 10, (d, d)), -1) + np.diag(rng.uniform(0.7, 1.5, d))) @ turn
+        net = bs.Lattice(rng.uniform(-1.5, 1.5, (20, d)), [[0, k] for k in range(1, 20)], rest_length=0.5, box=box, periodic=periodic)
+        exact = [shortest(way, box[periodic]) for way in net.x[1:] - net.x[0]]
+        assert np.allclose(net.lengths(), exact, rtol=1e-11, atol=1e-13), (box, periodic)
+        try:
+            simulation = bs.Simulation(net, dt=0.1)
+        except bs.InputError as refused:
+            assert "63 boxes" in str(refused), refused
+            continue
+        with simulation:
+            assert np.allclose(0.5 * (1 + simulation.frame()["fields"]["strain"]), exact, rtol=1e-10), (box, periodic)
+        seen += 1
+    assert seen > 40, seen
+
+
 def drawn(svg):
     """(S, 2, 2) ends of the lines of a picture in SVG [tenths of pixels], first ones and ways along, in no order."""
     text = base64.b64decode(re.search(r"base64,([^\"]*)", svg)[1]).decode()

@@ -73,9 +73,9 @@ class Backspring(Calculator):  # type: ignore[misc]
             raise InputError(f"the atoms are periodic along {atoms.pbc[:d].tolist()}, the network along {list(along)}: give them the same (atoms.set_pbc)")
         box = None if self.net.box is None else atoms.cell.complete().array[:d, :d].copy()
         if box is not None:
-            reduced = x @ np.linalg.inv(box)
-            self._last = reduced - np.rint(reduced - self._last) * np.asarray(self.net.periodic)
-            x = self._last @ box
+            assert self._last is not None
+            x = x + self.net._nearest_along(x - self._last @ box, box) @ box
+            self._last = x @ np.linalg.inv(box)
         if self._simulation is None or (box is not None and (self._box is None or not np.array_equal(box, self._box))):
             if self._simulation:
                 self._simulation.close()

@@ -174,20 +174,13 @@ class Lattice:
         """The images in which the second of pairs of particles are nearest to the first."""
         if self.box is None:
             raise InputError("nearest_shift: the lattice has no box")
-        way = self.x[second] - self.x[first]
-        repeats = np.asarray(self.periodic, int)
-        away = way @ np.linalg.inv(self._edges())
-        best: Whole = -np.asarray(np.trunc(away) + np.sign(away) * (np.abs(away - np.trunc(away)) >= 0.5), np.int64) * repeats
-        moved = np.arange(len(way))
-        while moved.size:  # beside edges along which nothing repeats the nearest may lie further away
-            middle, nearest, shortest = best[moved], best[moved], np.full(len(moved), np.inf)
-            for step in np.ndindex(*(1 + 2 * repeats)):
-                shift = middle + (np.array(step) - repeats)
-                size = np.square(way[moved] + sum(shift[:, k, None] * edge for k, edge in enumerate(self.box))).sum(axis=1)
-                nearest, shortest = np.where((size < shortest)[:, None], shift, nearest), np.minimum(size, shortest)
-            best[moved] = nearest
-            moved = moved[(nearest != middle).any(axis=1)]
-        return best
+        return self._nearest_along(self.x[second] - self.x[first])
+
+    def _nearest_along(self, ways: Floats, box: Optional[Floats] = None) -> Whole:
+        """Images of the box, or of one with other edges, that make these ways (n, d) the shortest."""
+        from ._core import nearest_images
+
+        return nearest_images((self._edges() if box is None else box).ravel().tolist(), self.periodic, ways)
 
     def _edges(self) -> Floats:
         """(d, d) edges that span a volume: one along which nothing repeats may be given as 0, and is then of length 1."""

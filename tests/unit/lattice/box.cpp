@@ -1,6 +1,9 @@
 // Periodic boxes: keys of images, nearest images, inverse edges.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <random>
 
 #include "lattice/box.hpp"
@@ -40,28 +43,83 @@ TEST_CASE("the inverse of the edges gives reduced coordinates", "[box]") {
   CHECK_FALSE(invert_edges(flat, 2, inverse));
 }
 
-TEST_CASE("the nearest image is the nearest of many, in a skew box too", "[box]") {
-  std::mt19937 random(7);
-  std::uniform_real_distribution<double> uniform(-4, 4);
-  PeriodicBox box;
-  box.edges = {1, 0, 0.45, 1};
-  double inverse[9];
-  REQUIRE(invert_edges(box.edges.data(), 2, inverse));
-  for (const bool open : {false, true}) {
-    box.periodic[0] = true;
-    box.periodic[1] = !open;
-    for (int n = 0; n < 200; ++n) {
-      const double dx[2] = {uniform(random), uniform(random)};
-      int shift[3] = {0, 0, 0};
-      nearest_image(box, inverse, 2, dx, shift);
-      double best = INFINITY, found = 0;
-      for (int a = -12; a <= 12; ++a)
-        for (int b = open ? 0 : -12; b <= (open ? 0 : 12); ++b) {
-          const double x = dx[0] + a + 0.45 * b, y = dx[1] + b, square = x * x + y * y;
-          best = std::min(best, square);
-          if (a == shift[0] && b == shift[1]) found = square;
-        }
-      CHECK(found == Approx(best).epsilon(1e-12));
+namespace {
+
+/// Of all images of dx that are no further away than dx itself the least square; edges (d, d) below the diagonal and on it.
+double least_square(const PeriodicBox& box, int d, const double* dx) {
+  double reach = 0, least = INFINITY;
+  for (int c = 0; c < d; ++c) reach += dx[c] * dx[c];
+  const std::function<void(int, std::array<double, 3>)> look = [&](int k, std::array<double, 3> x) {
+    if (k < 0) {
+      least = std::min(least, x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+      return;
     }
+    const double* e = box.edges.data() + k * d;
+    const auto at = static_cast<std::size_t>(k);
+    const double most = std::sqrt(reach) / e[k] + 1e-9;
+    for (double s = box.periodic[k] ? std::ceil(-x[at] / e[k] - most) : 0; s <= (box.periodic[k] ? -x[at] / e[k] + most : 0); ++s) {
+      std::array<double, 3> y = x;
+      for (std::size_t c = 0; c <= at; ++c) y[c] += s * e[c];
+      look(k - 1, y);
+    }
+  };
+  std::array<double, 3> x{};
+  std::copy_n(dx, d, x.begin());
+  look(d - 1, x);
+  return least;
+}
+
+/// n vectors of d numbers, mirrored at the plane across m.
+void mirror(const double* m, int d, int n, double* v) {
+  const double size = std::inner_product(m, m + d, m, 0.0);
+  for (int k = 0; k < n; ++k) {
+    const double along = std::inner_product(m, m + d, v + k * d, 0.0);
+    for (int c = 0; c < d; ++c) v[k * d + c] -= 2 * along / size * m[c];
   }
+}
+
+}  // namespace
+
+TEST_CASE("the nearest image is the nearest of all, however skew the box is, along whichever edges it repeats", "[box]") {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int d = 1; d <= 3; ++d)
+    for (int along = 1; along < 1 << d; ++along)
+      for (int n = 0; n < 300; ++n) {
+        const double tilt = n % 3 == 0 ? 0.5 : 10;
+        PeriodicBox box;
+        for (int k = 0; k < d; ++k) {
+          box.periodic[k] = (along >> k & 1) != 0;
+          for (int c = 0; c < k; ++c) box.edges[static_cast<std::size_t>(k * d + c)] = tilt * uniform(random);
+          box.edges[static_cast<std::size_t>(k * d + k)] = 1 + 0.5 * uniform(random);
+        }
+        double dx[3] = {4 * uniform(random), 4 * uniform(random), 4 * uniform(random)};
+        const double m[3] = {uniform(random), uniform(random), uniform(random)}, least = least_square(box, d, dx);
+        mirror(m, d, d, box.edges.data());
+        mirror(m, d, 1, dx);
+        std::int64_t shift[3] = {0, 0, 0};
+        const double further = NearestImages(box, d).find(dx, shift);
+        double found = 0;
+        for (int c = 0; c < d; ++c) {
+          double x = dx[c];
+          for (int k = 0; k < d; ++k) x += static_cast<double>(shift[k]) * box.edges[static_cast<std::size_t>(k * d + c)];
+          found += x * x;
+        }
+        INFO("d = " << d << ", along " << along << ", box " << n);
+        CHECK(found == Approx(least).epsilon(1e-11).margin(1e-12));
+        CHECK(further >= 0);
+        for (int k = 0; k < d; ++k) CHECK((box.periodic[k] || shift[k] == 0));
+      }
+}
+
+TEST_CASE("two images that are equally near are told in a skew box, too", "[box]") {
+  PeriodicBox box;
+  box.edges = {1, 0, 0, 7, 1, 0, -3, 5, 1};
+  std::fill_n(box.periodic, 3, true);
+  std::int64_t shift[3];
+  const double half[3] = {0.5, 0.1, 0}, beside[3] = {0.4, 0.1, 0}, corner[3] = {2.5, 3.5, 0.5};
+  const NearestImages nearest(box, 3);
+  CHECK(nearest.find(half, shift) == Approx(0).margin(1e-14));
+  CHECK(nearest.find(beside, shift) == Approx(0.2));
+  CHECK(nearest.find(corner, shift) == Approx(0).margin(1e-14));
 }
