@@ -109,7 +109,6 @@ PetscErrorCode Session::Impl::begin() {
   };
   hooks.pace.end += start;
   hooks.open = !is_given("-ts_max_time");
-  hooks.placed = resumed || given_state;
   PetscCall(make_run("a session that steps in time", true, hooks, &fresh));
   end_of_settings = hooks.open ? std::nan("") : fresh->end_time();
   if (std::isnan(end_of_settings)) PetscCall(fresh->leave_open());

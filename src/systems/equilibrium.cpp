@@ -17,7 +17,8 @@ PetscErrorCode Equilibrium::begin() {
   PetscFunctionBegin;
   PetscCall(VecDuplicate(initial_state(), rest_.out()));
   PetscCall(zero_velocities(initial_state()));
-  if (rules_.box) PetscCall(own_->add_flow(initial_state()));
+  if (!rules_.box) load(1);  // it is strained in full from the start, and flows no further
+  PetscCall(own_->follow_box(0, initial_state()));
   load(1);
   PetscCall(own_->count_free_bodies(&free_));
   PetscFunctionReturn(0);

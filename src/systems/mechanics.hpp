@@ -103,8 +103,6 @@ class Mechanics : public System {
   virtual PetscErrorCode give_motion(const std::string&, double, double, Vec) { return 0; }
   /// Whether forces are computed outside, by functions that no file holds.
   virtual bool forced_outside() const { return false; }
-  /// Whether the periodic box is strained at time t.
-  virtual bool box_strained(double) const { return false; }
   /// Whether forces relax with time where nothing moves, by histories that estimates of the error of y do not see; the same on every rank.
   virtual bool relaxes() const { return false; }
   /// Motions that are given: the group's name, and the times from and to which it is led [s]; the same on every rank.
@@ -140,9 +138,10 @@ class Mechanics : public System {
   /// Components of the box' strain that are free, with the stresses given at time t; and their strains.
   virtual std::vector<FreeStrain> free_strains(double) const { return {}; }
   virtual void set_free_strains(const std::vector<double>&) {}
-  /// Whether a box that changes carries all particles along; then adds its velocity at their places in y, as it is at t = 0, to theirs.
+  /// Whether a box that changes carries all particles along; then y, the state of a start at time t, follows it: from where the lattice has them to
+  /// where its strain has carried them, and with its velocity there added to theirs.
   virtual bool flows() const { return false; }
-  virtual PetscErrorCode add_flow(Vec) { return 0; }
+  virtual PetscErrorCode follow_box(double, Vec) { return 0; }
   virtual const Layout& layout() const = 0;
   /// Why the rows of the input that frames show do not stand in a state as layout() has them; empty: they do.
   virtual std::string why_not_by_rows() const { return "the system has an order of its own"; }

@@ -31,7 +31,6 @@ struct RunHooks {
   Stepper::AfterBreak after_break;                                                      ///< when parts of the system broke
   std::function<bool()> done;                                                           ///< asked after every step: whether the run ends with it
   bool checkpoints = true;                                                              ///< whether its states can be continued
-  bool placed = false;                                                                  ///< the first state is given, not the lattice's
   bool open = false;                  ///< no end is given: what is given of motions must reach a step further
   bool only_run = true;               ///< whether options that it does not use are reported
   const char* clock = "load factor";  ///< what its time is, if it has load steps

@@ -172,10 +172,6 @@ PetscErrorCode Run::set_up() {
     PetscCall(warn(model_.comm(),
                    "springs of the law maxwell: the error that steps are adapted to is that of places and velocities, not of their dashpots, "
                    "which steps carry on with order 1: keep steps short beside the relaxation times by -ts_adapt_dt_max"));
-  if (!hooks_.loads && !hooks_.placed && !restart_ && model_.mechanics() && model_.mechanics()->box_strained(start_))
-    PetscCall(warn(model_.comm(),
-                   "the box is strained at the start, the lattice's particles are not: only the springs across the edges are stretched by it. "
-                   "Let -bs_box_strain begin at 0, or give places in the strained box"));
   if (options_.advise) PetscCall(step_watch_.begin(ts_, context_, advice_));
   PetscCall(prepare_solvers());
   PetscCall(warn_of_interval());

@@ -95,7 +95,10 @@ def from_equilibria():
         eq = bs.statics(net, **options)
         with raised(bs.InputError, *options, "t = 1", "replace"):
             bs.Simulation(eq, dt=0.01)
-        bs.Simulation(eq, dt=0.01, **{name: "0,0" if "force" in name else "xy=velocity:0" for name in options}).close()
+        still = {name: "0,0" if "force" in name else "xy=velocity:0" for name in options}
+        with bs.Simulation(eq, dt=0.01, **still) as simulation:
+            if net.box is not None:  # its strain counts from the equilibrium's box
+                assert np.allclose(simulation.observables["/particles/trajectory/box/edges"], eq.box, rtol=0, atol=1e-12) and abs(simulation.forces[~net.fixed]).max() < 1e-6
 
 
 def without_tangent():

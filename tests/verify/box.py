@@ -184,6 +184,38 @@ def strained(checks, folder):
     checks.true("its error falls with the square of the steps", 3.5 < error[0] / error[1] < 4.5, f"{error[0]:.2g} {error[1]:.2g}")
 
 
+def begun_strained(checks, folder):
+    """A box that is strained at the start, or in full from the first load step on, has carried the lattice along in the first frame: the energy of the affine strain. A
+    run that is continued is not strained again."""
+    path, cube = triangular(folder / "t.h5", 4), folder / "cube.h5"
+    checks.run({"bs_task": "generate", "bs_lattice_type": "cubic", "bs_lattice_size": "3,4,5", "bs_lattice_periodic": "xyz", "bs_lattice_stiffness": 2.5, "bs_output": cube})
+    for name, file, F in (("triangular", path, np.array([[1.05, 0.03], [-0.02, 0.96]])), ("cube", cube, np.array([[1.03, 0.02, 0], [0, 0.98, 0.04], [-0.01, 0, 1.02]]))):
+        with h5py.File(file) as f:
+            x, pairs, shift, k, L = (f[one][...] for one in ("particles/position", "springs/pairs", "springs/shift", "springs/stiffness", "springs/rest_length"))
+            edges = f["box/edges"][...]
+        ways = x[pairs[:, 1]] - x[pairs[:, 0]] + shift @ (edges if edges.ndim == 2 else np.diag(edges))
+        exact = 0.5 * np.sum(k * (np.linalg.norm(ways @ F.T, axis=1) - L)**2)
+        G = F - np.eye(len(F))
+        now, grows, flows = (",".join(f"{'xyz'[r]}{'xyz'[c]}={form}{G[r, c]!r}" for r, c in np.argwhere(G)) for form in ("expression:", "velocity:", "expression:0.5*t*"))
+        for way, options in (("a motion", {"bs_box_strain": now, "ts_dt": 0.01, "ts_max_time": 0.02}),
+                             ("a motion from t = 2 s on", {"bs_box_strain": flows, "ts_init_time": 2, "ts_dt": 0.01, "ts_max_time": 2.02}),
+                             ("load steps", {"bs_task": "statics", "bs_box_strain": now}),
+                             ("load steps at full strain", {"bs_task": "statics", "bs_box_strain": grows, "bs_load_scale": "none"})):
+            r = checks.run({"bs_lattice_file": file, **options}, interval=0).trajectory
+            checks.near(f"{name}, {way}: energy of the affine strain", r.observables["elastic_energy"][0] / exact, 1, 1e-12)
+            checks.near(f"{name}, {way}: places", r.position[0], x @ F.T, 1e-14)
+    base = words({"bs_lattice_type": "triangular", "bs_lattice_size": "4,4", "bs_lattice_periodic": "xy", "bs_box_strain": "xy=expression:0.1+0.2*t", "bs_lattice_velocity": "0.1,0", "ts_dt": 0.05, "ts_max_time": 0.5, "bs_checkpoint": "c",
+                  "bs_output": "r.h5md", "bs_output_interval": 0})
+    mpi = ["mpirun", "-n", str(checks.ranks)] if checks.ranks > 1 else []
+    for place, parts in (("straight", (base,)), ("stopped", ((*base, "-ts_max_steps", "4"), ("-bs_restart", "c", "-ts_max_steps", "1000")))):
+        (folder / place).mkdir(exist_ok=True)
+        for part in parts:
+            subprocess.run([*mpi, checks.program, *part], cwd=folder / place, check=True, capture_output=True, env=environment(checks.ranks))
+    with h5py.File(folder / "straight" / "r.h5md") as a, h5py.File(folder / "stopped" / "r.h5md") as b:
+        name = "particles/trajectory/position/value"
+        checks.true("strained at the start and continued, in every bit", a[name].shape == b[name].shape and np.array_equal(a[name][...], b[name][...]))
+
+
 def held(checks, folder):
     """What is fixed in a box that is sheared stays where it is, at rest; what is free starts with the flow (0.5 y, 0)."""
     r = checks.run({"bs_lattice_type": "square", "bs_lattice_size": "4,4", "bs_lattice_periodic": "xy", "bs_lattice_perturbation": 0.1, "bs_lattice_damping": 0.3,
@@ -276,4 +308,4 @@ def jacobians(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (dispersion, endless_chain, moduli, shifts, resting, strained, held, continued, jacobians, centres_of_mass))
+    run_parts(__doc__, (dispersion, endless_chain, moduli, shifts, resting, strained, begun_strained, held, continued, jacobians, centres_of_mass))

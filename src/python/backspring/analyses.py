@@ -39,7 +39,8 @@ def refuse_led(settings: Settings, lattice: Lattice) -> None:
     for name, text in settings:
         varies = name in ("-bs_box_strain", "-bs_box_rate") or (name == "-bs_anchor_motion" and text != "fixed")
         if varies or (name.startswith("-bs_force_") and any(form in str(text) for form in ("expression:", "table:"))):
-            raise InputError(f"{name[1:]}: it has the equilibrium where it is at t = 1, and a motion begins at t = 0: give the motion another one, or a lattice "
+            another = "another one, which strains the equilibrium's box," if name.startswith("-bs_box_") else "another one,"
+            raise InputError(f"{name[1:]}: it has the equilibrium where it is at t = 1, and a motion begins at t = 0: give the motion {another} or a lattice "
                              f"of its own, {own_lattice(lattice)}")
 
 
@@ -72,7 +73,8 @@ def start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) ->
     rest = lattice.rest_length if lattice.rest_length is not None else lattice.lengths()
     found_by = ("-bs_load_", "-bs_arc_", "-bs_step_", "-bs_stop_", "-bs_stability_", "-bs_equilibria", "-bs_compliance_", "-bs_zero_modes_", "-bs_box_stress_",
                 "-bs_break_dt", "-bs_break_follow", "-bs_break_max_steps", "-bs_break_output_interval")
-    there = lattice.with_images().replace(x=net.x, velocity=0 * net.x, rest_length=rest)
+    box = {} if lattice.box is None else {"box": net.box}
+    there = lattice.with_images().replace(x=net.x, velocity=0 * net.x, rest_length=rest, **box)
     return there, [one for one in settings if one[0].startswith("-bs_") and not one[0].startswith(found_by)], own
 
 

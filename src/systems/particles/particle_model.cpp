@@ -167,7 +167,9 @@ PetscErrorCode ParticleModel::create_state() {
       std::copy_n(&net_.velocity[i * d], d, &ay[layout_.v(i)]);
     }
   }
-  PetscCall(add_flow(y0_));
+  PetscReal start = 0;
+  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  PetscCall(follow_box(start, y0_));
   PetscCall(constraints_.stop(y0_));
   PetscCall(state_.create(net_, y0_));
   PetscFunctionReturn(0);

@@ -45,7 +45,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode assemble_first_order(double sigma, bool momentum, Mat J) override;
   PetscErrorCode create_first_order_operator(Mat J, bool momentum, Mat* A) override { return coupling_.create_operator(net_, J, momentum, A); }
   bool flows() const override { return constraints_.box().moving(); }
-  PetscErrorCode add_flow(Vec y) override { return constraints_.box().add_flow(y); }
+  PetscErrorCode follow_box(double t, Vec y) override { return constraints_.box().follow(t, y); }
   PetscErrorCode strain_response(double t, Vec y, StrainResponse* out) override;
   std::vector<FreeStrain> free_strains(double t) const override { return constraints_.box().free_strains(t); }
   void set_free_strains(const std::vector<double>& strains) override { constraints_.box().set_free_strains(strains); }
@@ -60,7 +60,6 @@ class ParticleModel final : public Mechanics {
     return constraints_.give(group, from, to, places);
   }
   bool forced_outside() const override { return callback_.active(); }
-  bool box_strained(double t) const override { return constraints_.box().strained(t); }
   bool relaxes() const override { return net_.relaxes; }
   std::vector<GivenMotion> given_motions() const override { return constraints_.given_motions(); }
   std::string given_motion() const override { return constraints_.given(); }

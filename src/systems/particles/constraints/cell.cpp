@@ -176,29 +176,26 @@ PetscErrorCode Cell::reaches(double t_end) const {
   PetscFunctionReturn(0);
 }
 
-bool Cell::strained(double t) const {
-  double F[9], rate[9];
-  if (!active()) return false;
-  gradient(t, F, rate);
-  for (int r = 0; r < dim_; ++r)
-    for (int c = 0; c < dim_; ++c)
-      if (std::abs(F[r * dim_ + c] - (r == c ? 1 : 0)) > 1e-12) return true;
-  return false;
-}
-
-PetscErrorCode Cell::add_flow(Vec y) const {
+PetscErrorCode Cell::follow(double t, Vec y) const {
   const PetscInt d = dim_;
   const Layout at{d, net_->n};
-  double L[9];
+  double F[9], rate[9], L[9];
   PetscFunctionBegin;
   if (!moving()) PetscFunctionReturn(0);
-  PetscReal start;
-  PetscCall(read_start_time(&start));
-  velocity_gradient(start, L);
+  gradient(t, F, rate);
+  velocity_gradient(t, L);
   const WriteArray ay(y);
-  for (PetscInt i = 0; i < net_->n; ++i)
-    for (PetscInt r = 0; r < d && !net_->fixed[i]; ++r)
-      for (PetscInt c = 0; c < d; ++c) ay[at.v(i, r)] += L[r * d + c] * ay[at.x(i, c)];
+  for (PetscInt i = 0; i < net_->n; ++i) {
+    if (net_->fixed[i]) continue;
+    const double* const x0 = net_->held.data() + i * d;
+    double *const x = ay.data() + at.x(i), *const v = ay.data() + at.v(i);
+    for (PetscInt r = 0; r < d; ++r) {
+      x[r] = 0;
+      for (PetscInt c = 0; c < d; ++c) x[r] += F[r * d + c] * x0[c];
+    }
+    for (PetscInt r = 0; r < d; ++r)
+      for (PetscInt c = 0; c < d; ++c) v[r] += L[r * d + c] * x[c];
+  }
   PetscFunctionReturn(0);
 }
 

@@ -45,8 +45,6 @@ class Cell {
   void velocity_gradient(double t, double* L) const;
   /// Whether its edges are not along the axes, or are going to be.
   bool triclinic() const;
-  /// Whether F(t) is not the identity: particles as the lattice has them then lie in a box of another shape.
-  bool strained(double t) const;
   /// F(t) and dF/dt, (d, d) each.
   void gradient(double t, double* F, double* rate) const;
   /// A = F(to) F(from)^-1 (d, d), by which the box carries along what is in it: free strains at `from` are those that keep_strains() found.
@@ -65,8 +63,9 @@ class Cell {
   /// Adds the displacement of their images at time t to ghosts' states, 2d numbers (x, v) each, n + ghosts of them; `sign` -1 takes it away. Their
   /// velocities are added where `velocities` says so.
   void shift_images(double t, double sign, bool velocities, double* states) const;
-  /// The state y gets the velocities by which the box carries all free particles along at the start: v += F' F^-1 x.
-  PetscErrorCode add_flow(Vec y) const;
+  /// In the state y of a start at time t free particles are where the box has carried them from where the lattice has them, x = F x0, with the
+  /// velocity of its flow added to their own, v += F' F^-1 x.
+  PetscErrorCode follow(double t, Vec y) const;
   /// For equilibria, whose time is a load factor: rates are 0 from now on; `full_load`: the box is as at t = 1.
   void set_static(bool at_rest, bool full_load) {
     at_rest_ = at_rest;
