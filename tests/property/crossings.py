@@ -47,6 +47,7 @@ def is_refused(case):
         or (case["box"] == "stressed" and (case["task"] not in ("statics", "moduli", "about") or case["support"] != "free" or case["force"] == "gravity"))
         or (case["box"] == "stressed" and case["breaking"] != "none")
         or (case["task"] == "arc" and case["breaking"] != "none")
+        or (case["box"] == "strained" and case["force"] == "drag" and case["task"] in STEPS)
         or (still and case["force"] == "gravity" and not held and case["support"] != "anchors")
     )
 

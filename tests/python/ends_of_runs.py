@@ -214,3 +214,30 @@ def strained_starts():
     with bs.Simulation(part, dt=1e-3, bs_box_strain=now, bs_motion_rail="y=fixed") as simulation:
         free = ~np.isin(np.arange(n * n), (5, 9))
         assert np.array_equal(simulation.x[5], x[5]) and simulation.x[9, 1] == x[9, 1] and np.allclose(simulation.x[free], x[free] @ F.T, rtol=0, atol=1e-14)
+
+
+def dragged():
+    """Drag against a fluid that does not flow with the box is refused, whichever drag it is, from where the box flows on; not where it stands, and not in equilibria."""
+    cell = bs.Lattice([[0.0, 0], [1, 0], [0, 1], [1, 1]], [[0, 1], [0, 2], [1, 3], [2, 3]], stiffness=20.0, rest_length=1.0, box=(3.0, 3.0))
+    ball = dict(bs_sphere_drag=True, bs_sphere_drag_rho=1.0, bs_sphere_drag_mu=1.0, bs_radius=0.1)
+    shape = dict(bs_shape_drag="cube", bs_shape_drag_rho=1.0, bs_shape_drag_area=0.1)
+    for drag in (dict(bs_stokes_drag=1.0), dict(bs_viscosity=1.0), ball, shape):
+        for end in ({}, dict(ts_max_time=1.0)):
+            with raised(bs.InputError, "drag" if "bs_viscosity" not in drag else "viscosity", "bs_box_strain", "images"):
+                with bs.Simulation(cell, dt=0.01, bs_box_strain="xy=velocity:0.1", **drag, **end) as simulation:
+                    simulation.step()
+        with bs.Simulation(cell, dt=0.01, bs_box_strain="xy=expression:0.1", **drag) as simulation:
+            simulation.step(2)
+        bs.statics(cell.replace(fixed=[0]), bs_box_strain="xy=velocity:0.1", **drag)
+    with raised(bs.InputError, "drag of each particle"):
+        with bs.Simulation(cell.replace(particle_columns={"drag": np.ones(4)}), dt=0.01, bs_box_rate="xx=0.1") as simulation:
+            simulation.step()
+    # against the flow of the box it is a force of one's own, the same whichever image of a particle the lattice has
+    net, L = cell.replace(velocity=[[0.3, 0], [0, 0], [0, -0.2], [0.1, 0]]).with_images(), np.array([[0.0, 0.1], [0, 0]])
+    x, shift = net.x + [[0, 0], [0, 0], [0, 0], [0, 3.0]], net.shift - [[0, 0], [0, 0], [0, 1], [0, 1]]
+    found = []
+    for one in (net, net.replace(x=x, shift=shift)):
+        with bs.Simulation(one, dt=0.01, ts_type="rk", ts_adapt_type="none", forces=lambda t, x, v: -(v - x @ L.T), bs_box_strain="xy=velocity:0.1") as simulation:
+            simulation.step(20)
+            found.append(simulation.x)
+    assert np.allclose(found[1] - found[0], [[0, 0], [0, 0], [0, 0], [0.1 * 0.2 * 3.0, 3.0]], rtol=0, atol=1e-12), found[1] - found[0]

@@ -15,7 +15,7 @@ import backspring as bs  # noqa: E402
 import numpy as np  # noqa: E402
 from analyses import balanced, breaking_turns, changed_numbers, closed_forms, flat_nets, held_groups, load_steps, modes_where_it_stands, rests  # noqa: E402
 from motions import every_step, interrupted, observers, remembered, side_by_side, so_many_steps, without_steps, written_back  # noqa: E402
-from ends_of_runs import ends_of_calls, ends_of_tables, given_back, long_boxes, names_of_checkpoints, strained_starts, told_apart, what_estimates_miss  # noqa: E402
+from ends_of_runs import dragged, ends_of_calls, ends_of_tables, given_back, long_boxes, names_of_checkpoints, strained_starts, told_apart, what_estimates_miss  # noqa: E402
 from own_laws import barriers, coupled, flying_pair, implicit_forces, in_petsc, own_forces, random_forces  # noqa: E402
 from own_pairs import between_on_ranks, between_particles  # noqa: E402
 from ranks import on_two_ranks  # noqa: E402
@@ -128,7 +128,7 @@ def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
     for part in (on_two_ranks, on_ranks, balanced_on_ranks, kicked_on_ranks, loops_left, loops_at_the_end, pooled, followed_on_ranks, between_on_ranks, foreign_states, healed, resumed,  # before this process starts MPI
                  after_failures, led, losses, removed, from_equilibria, without_tangent, followed_boxes, forces_in_no_file,
-                 bad_arguments, copied, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, histories, room, sensitivities, bent, designed, followed, soft_beside_stiff, load_steps, flat_nets, breaking_turns, written_back, told_once, ends_of_calls, ends_of_tables, names_of_checkpoints, given_back, long_boxes, what_estimates_miss, told_apart, strained_starts, load_factors, steps_of_loads, where_motions_begin, first_moments, images, skewed, strained_boxes, said_plainly, read_only, modes_about, without_an_end, flowing_boxes, solvers_that_ended, own_forces, implicit_forces, random_forces, barriers, flying_pair, between_particles, coupled, in_petsc, files, misuse, every_step, so_many_steps, frames_alone, found_alone, bound, views, held_groups, balanced, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+                 bad_arguments, copied, closed_forms, changed_numbers, restored, removed_for_good, modes_where_it_stands, rests, histories, room, sensitivities, bent, designed, followed, soft_beside_stiff, load_steps, flat_nets, breaking_turns, written_back, told_once, ends_of_calls, ends_of_tables, names_of_checkpoints, given_back, long_boxes, what_estimates_miss, told_apart, strained_starts, dragged, load_factors, steps_of_loads, where_motions_begin, first_moments, images, skewed, strained_boxes, said_plainly, read_only, modes_about, without_an_end, flowing_boxes, solvers_that_ended, own_forces, implicit_forces, random_forces, barriers, flying_pair, between_particles, coupled, in_petsc, files, misuse, every_step, so_many_steps, frames_alone, found_alone, bound, views, held_groups, balanced, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

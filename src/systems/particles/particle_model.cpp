@@ -86,6 +86,9 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
     using Law = std::decay_t<decltype(law)>;
     if constexpr (acts_by_column<Law>::value) law.given = find_column(lattice.particle_columns, particle_parameters[Law::column].name) != nullptr;
   });
+  for_each_law(laws_, [&](const auto& law) {
+    if (against_fluid<std::decay_t<decltype(law)>>::value && law.active()) constraints_.box().set_drag(law.title);
+  });
   PetscCall(constraints_.read_anchors(net_.comm, lattice.dim));
   PetscFunctionReturn(0);
 }
@@ -168,7 +171,7 @@ PetscErrorCode ParticleModel::create_state() {
     }
   }
   PetscReal start = 0;
-  PetscCall(PetscOptionsGetReal(nullptr, nullptr, "-ts_init_time", &start, nullptr));
+  PetscCall(read_start_time(&start));
   PetscCall(follow_box(start, y0_));
   PetscCall(constraints_.stop(y0_));
   PetscCall(state_.create(net_, y0_));

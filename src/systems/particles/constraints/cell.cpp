@@ -199,9 +199,23 @@ PetscErrorCode Cell::follow(double t, Vec y) const {
   PetscFunctionReturn(0);
 }
 
+// An image moves with v + sum of s_k e_k', but a fluid with the same velocity everywhere has none: the drag would depend on which image of a particle
+// the lattice happens to have.
+void Cell::find_drag(double t, Error* fault) const {
+  double F[9], rate[9];
+  gradient(t, F, rate);
+  if (drag_.empty() || std::all_of(rate, rate + dim_ * dim_, [](double v) { return v == 0; })) return;
+  fault->note(-1,
+              format("option -bs_box_strain: the box flows at t = %.10g s, and the fluid of the %s does not, so that images of one particle would "
+                     "feel unlike drag: give springs damping instead, or a force of your own against v - F' F^-1 x, or strain the box by "
+                     "-bs_task statics",
+                     t, drag_.c_str()));
+}
+
 void Cell::find_jumps(double from, double to, Error* fault) const {
   const double zero[3] = {0, 0, 0};
   if (at_rest_ || !(to > from)) return;
+  if (!*fault) find_drag(to, fault);
   for (const Component& one : components_) {
     const double at = one.drive.jump(from, to, zero);
     if (!std::isnan(at))

@@ -73,7 +73,9 @@ class Cell {
   }
   /// Collective. Ends the run with exit code 2 where a table does not reach t_end.
   PetscErrorCode reaches(double t_end) const;
-  /// Whether a strain jumps, and what else the box cannot do, from time `from` to time `to` (System::foresee).
+  /// There is drag against a fluid, by this name, which a box that flows has no place for.
+  void set_drag(const std::string& title) { drag_ = title; }
+  /// Whether a strain jumps or the box flows against drag, and what else it cannot do, from time `from` to time `to` (System::foresee).
   void find_jumps(double from, double to, Error* fault) const;
   void foresee(double from, double to, Error* fault) const;
   std::vector<std::string> describe() const;
@@ -92,6 +94,7 @@ class Cell {
   PetscErrorCode read_components(MPI_Comm comm, const char* option, const std::string& text);
   PetscErrorCode read_component(MPI_Comm comm, const std::string& option, const std::string& name, const std::string& text);
   PetscErrorCode check_free(MPI_Comm comm) const;
+  void find_drag(double t, Error* fault) const;
   double time_of(double t) const { return full_load_ ? 1.0 : t; }
   bool has(int row, int column) const;
   bool collapses(double from, double to) const;
@@ -102,6 +105,7 @@ class Cell {
   std::vector<Free> free_;
   std::vector<PetscInt> images_;  ///< ghosts that are images, by local index
   bool at_rest_ = false, full_load_ = false;
+  std::string drag_;
 };
 
 /// Collective. Reads a motion given by `option`, and the tables it names; `component` begins what is said of a text that is none ("xy: "). Errors
