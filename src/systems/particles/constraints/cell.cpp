@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "base/option_names.hpp"
 #include "base/vec_array.hpp"
 #include "systems/layout.hpp"
 
