@@ -34,7 +34,7 @@ PetscErrorCode ToleranceWatch::check(TS ts, Vec y) {
   PetscCall(VecNorm(y, NORM_INFINITY, &size));
   if (!(change > NOTHING * size)) PetscFunctionReturn(0);
   PetscCall(TSErrorWeightedNorm(ts, start_, y, NORM_INFINITY, &weighted, &absolute, &relative));
-  in_tolerances_ = std::max<double>(in_tolerances_, weighted);
+  in_tolerances_ = std::min<double>(FEW, std::max<double>(in_tolerances_, weighted));  // beyond that it does not matter where a run was continued
   largest_ = std::max<double>(largest_, change);
   PetscFunctionReturn(0);
 }

@@ -64,6 +64,9 @@ def report(folder):
     return {key: value for key, value in numbers.items() if key != "wall"}
 
 
+INPUTS = ("bs_lattice_file", "bs_netlist")  # which lie beside the folders of the runs
+
+
 def compare(checks, folder, name, options, stops):
     """stops: the steps after which the run is stopped and continued, besides before the first; None: after every one."""
     base = {"bs_progress_interval": -1, "ts_max_steps": MANY, "bs_output": "r.h5md", "bs_checkpoint": "c", "bs_report": "r.json", **options}
@@ -77,9 +80,9 @@ def compare(checks, folder, name, options, stops):
         for k in at:
             first = k == at[0]
             go(checks, parts, {**base, "ts_max_steps": k} if first else {"bs_restart": "c", "ts_max_steps": k, "bs_report": "r.json", "bs_overwrite": True,
-                                                                         **{key: options[key] for key in ("bs_lattice_file",) if key in options}})
+                                                                         **{key: options[key] for key in INPUTS if key in options}})
         go(checks, parts, {"bs_restart": "c", "ts_max_steps": MANY, "bs_report": "r.json", "bs_overwrite": True,
-                           **{key: options[key] for key in ("bs_lattice_file",) if key in options}})
+                           **{key: options[key] for key in INPUTS if key in options}})
         checks.true(f"{name}, stopped after {where}: it was on its way", 0 <= at[-1] < steps, f"{steps} steps")
         for kind, file in (("checkpoint", "c"), ("trajectory", "r.h5md"))[:1 if base["bs_output"] is None else 2]:
             count, differ = differences(whole / file, parts / file)
