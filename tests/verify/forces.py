@@ -43,9 +43,9 @@ def masks(checks, folder):
         f["groups/mask"] = np.array([False, False, True, True])
         del f["particles/fixed"]
         f["particles/fixed"] = np.array([True, False, False, False])
-    found = [checks.run({**STATICS, "bs_lattice_file": file, f"bs_force_{group}": "0,3"}).trajectory.position[-1] for group in ("mask", "both")]
+    found = [checks.run({**STATICS, "bs_lattice_file": file, f"bs_force_{group}": "0,3"}, interval=0).trajectory.position[-1] for group in ("mask", "both")]
     checks.near("forces on a mask and on its rows", found[0], found[1], 0)
-    checks.true("they move it", np.abs(found[0][-1] - [0, 3]).max() > 1e-3)
+    checks.true("they move it", np.abs(found[0].max() - 3) > 1e-3)
 
 
 def two_springs(checks, folder):
