@@ -1,4 +1,5 @@
 #include "systems/linear/linear_model.hpp"
+#include <algorithm>
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/error.hpp"
@@ -66,6 +67,18 @@ PetscErrorCode LinearModel::rhs(double t, Vec y, Vec G) {
   PetscFunctionReturn(0);
 }
 
+// A run that is continued knows them by its checkpoint: whichever of nearly equal steps came first, it fills its matrices with the same numbers.
+void LinearModel::keep_sums(const Keeper& keep) {
+  for (std::size_t k = 0; k < sigmas_.size(); ++k) keep("matrix_sigma_" + std::to_string(k), sigmas_[k]);
+}
+
+double LinearModel::one_of_the_last(double sigma) {
+  auto at = std::find_if(sigmas_.begin(), sigmas_.end(), [&](double last) { return std::abs(sigma - last) <= 1e-12 * last; });
+  if (at == sigmas_.end()) *--at = sigma;
+  std::rotate(sigmas_.begin(), at, at + 1);
+  return sigmas_[0];
+}
+
 // The state of an unchanged matrix stays what it was, and so does its factorisation.
 PetscErrorCode LinearModel::jacobian(double, Vec, Vec, double sigma, Form form, Mat P) {
   PetscObjectId id;
@@ -76,8 +89,7 @@ PetscErrorCode LinearModel::jacobian(double, Vec, Vec, double sigma, Form form, 
   Filling* mine = nullptr;
   for (Filling& filling : filled_)
     if (filling.id == id) mine = &filling;
-  if (std::abs(sigma - sigma_) > 1e-12 * sigma_) sigma_ = sigma;
-  sigma = sigma_;  // a run that is continued takes the one that its checkpoint has, whichever of such steps came first
+  sigma = one_of_the_last(sigma);
   if (mine && mine->state == state && sigma == mine->sigma) PetscFunctionReturn(0);
   PetscCall(MatZeroEntries(P));
   PetscCall(MatAXPY(P, 1, system_.G, SUBSET_NONZERO_PATTERN));

@@ -1,5 +1,6 @@
 // Linear time-invariant systems G x + C x' = B u(t) as a Model; C may be singular.
 #pragma once
+#include <array>
 #include <memory>
 #include "systems/linear/system.hpp"
 #include "systems/model.hpp"
@@ -23,7 +24,7 @@ class LinearModel final : public Model {
   std::vector<Tally> tallies() const override;
   /// Momentum: F = C x' + G x - B u. Velocity (C diagonal): F = x' + C^-1 (G x - B u).
   PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
-  /// sigma C + G, or sigma + C^-1 G; a sigma that differs from the last one by less than 1e-12 of it is that one, whose matrix is left as it is.
+  /// sigma C + G, or sigma + C^-1 G; a sigma that differs from one of the last by less than 1e-12 is that one, whose matrix is left as it is.
   PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
@@ -38,7 +39,7 @@ class LinearModel final : public Model {
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   PetscErrorCode covers(double t_start, double t_end) override;
-  void keep_sums(const Keeper& keep) override { keep("matrix_sigma", sigma_); }
+  void keep_sums(const Keeper& keep) override;
   PetscErrorCode last_fault(std::string* text) override;
 
  private:
@@ -58,6 +59,7 @@ class LinearModel final : public Model {
   PetscErrorCode check_start(Vec z);
   PetscErrorCode warn_inconsistent(const Plan& plan);
   PetscErrorCode warn_index();
+  double one_of_the_last(double sigma);
   PetscErrorCode warn_unstable(const Plan& plan);
   PetscErrorCode require_solver(KSP ksp, const char* prefix);
   PetscErrorCode invert_C(const Plan& plan);
@@ -68,7 +70,7 @@ class LinearModel final : public Model {
   MPI_Comm comm_ = MPI_COMM_NULL;
   LinearSystem system_;
   Sources sources_;
-  double sigma_ = 0;  ///< of the last matrix that was asked for
+  std::array<double, 4> sigmas_ = {};  ///< of the last matrices that were asked for, each once, the last one first
   double start_ = 0, norm_G_ = 0, norm_C_ = 0;
   bool dc_ = false, conditions_ = false, diagonal_ = false, symmetric_ = false;
   NullSpaces of_C_;  ///< as long as the system is being looked at
