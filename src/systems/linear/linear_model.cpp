@@ -67,16 +67,9 @@ PetscErrorCode LinearModel::rhs(double t, Vec y, Vec G) {
   PetscFunctionReturn(0);
 }
 
-// A run that is continued knows them by its checkpoint: whichever of nearly equal steps came first, it fills its matrices with the same numbers.
+// A run that is continued fills its matrices with the sigma of the checkpoint's, whichever of nearly equal steps came first.
 void LinearModel::keep_sums(const Keeper& keep) {
   for (std::size_t k = 0; k < sigmas_.size(); ++k) keep("matrix_sigma_" + std::to_string(k), sigmas_[k]);
-}
-
-double LinearModel::one_of_the_last(double sigma) {
-  auto at = std::find_if(sigmas_.begin(), sigmas_.end(), [&](double last) { return std::abs(sigma - last) <= 1e-12 * last; });
-  if (at == sigmas_.end()) *--at = sigma;
-  std::rotate(sigmas_.begin(), at, at + 1);
-  return sigmas_[0];
 }
 
 // The state of an unchanged matrix stays what it was, and so does its factorisation.
@@ -86,11 +79,15 @@ PetscErrorCode LinearModel::jacobian(double, Vec, Vec, double sigma, Form form, 
   PetscFunctionBegin;
   PetscCall(PetscObjectGetId(reinterpret_cast<PetscObject>(P), &id));
   PetscCall(PetscObjectStateGet(reinterpret_cast<PetscObject>(P), &state));
-  Filling* mine = nullptr;
-  for (Filling& filling : filled_)
-    if (filling.id == id) mine = &filling;
-  sigma = one_of_the_last(sigma);
-  if (mine && mine->state == state && sigma == mine->sigma) PetscFunctionReturn(0);
+  std::size_t k = 0;
+  while (k < filled_.size() && filled_[k].id != id) ++k;
+  if (k == filled_.size()) filled_.push_back({id, -1, 0});
+  Filling& mine = filled_[k];
+  double& last = k < sigmas_.size() ? sigmas_[k] : mine.sigma;
+  const bool again = std::abs(sigma - last) <= 1e-12 * last;
+  if (again) sigma = last;
+  last = sigma;
+  if (again && mine.state == state && mine.sigma == sigma) PetscFunctionReturn(0);
   PetscCall(MatZeroEntries(P));
   PetscCall(MatAXPY(P, 1, system_.G, SUBSET_NONZERO_PATTERN));
   if (form == Form::momentum) {
@@ -102,9 +99,8 @@ PetscErrorCode LinearModel::jacobian(double, Vec, Vec, double sigma, Form form, 
     PetscCall(MatShift(P, sigma));
   }
   PetscCall(PetscObjectStateGet(reinterpret_cast<PetscObject>(P), &state));
-  if (mine) *mine = {id, state, sigma};
-  else filled_.push_back({id, state, sigma});
-  ++fillings_;
+  mine = {id, state, sigma};
+  if (!again) ++fillings_;  // what a continued run repeats is counted already
   PetscFunctionReturn(0);
 }
 

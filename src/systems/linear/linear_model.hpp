@@ -24,7 +24,7 @@ class LinearModel final : public Model {
   std::vector<Tally> tallies() const override;
   /// Momentum: F = C x' + G x - B u. Velocity (C diagonal): F = x' + C^-1 (G x - B u).
   PetscErrorCode residual(double t, Vec y, Vec ydot, Form form, Vec F) override;
-  /// sigma C + G, or sigma + C^-1 G; a sigma that differs from one of the last by less than 1e-12 is that one, whose matrix is left as it is.
+  /// sigma C + G, or sigma + C^-1 G; a sigma that differs by less than 1e-12 from the one before is that one, and `P` left as it is.
   PetscErrorCode jacobian(double t, Vec y, Vec ydot, double sigma, Form form, Mat P) override;
   PetscErrorCode rhs(double t, Vec y, Vec G) override;
   PetscErrorCode create_matrix(Mat* P) override;
@@ -59,7 +59,6 @@ class LinearModel final : public Model {
   PetscErrorCode check_start(Vec z);
   PetscErrorCode warn_inconsistent(const Plan& plan);
   PetscErrorCode warn_index();
-  double one_of_the_last(double sigma);
   PetscErrorCode warn_unstable(const Plan& plan);
   PetscErrorCode require_solver(KSP ksp, const char* prefix);
   PetscErrorCode invert_C(const Plan& plan);
@@ -70,7 +69,7 @@ class LinearModel final : public Model {
   MPI_Comm comm_ = MPI_COMM_NULL;
   LinearSystem system_;
   Sources sources_;
-  std::array<double, 4> sigmas_ = {};  ///< of the last matrices that were asked for, each once, the last one first
+  std::array<double, 4> sigmas_ = {};  ///< of the first matrices: what they were last filled with, in this run or before its checkpoint
   double start_ = 0, norm_G_ = 0, norm_C_ = 0;
   bool dc_ = false, conditions_ = false, diagonal_ = false, symmetric_ = false;
   NullSpaces of_C_;  ///< as long as the system is being looked at
