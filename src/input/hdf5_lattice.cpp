@@ -40,16 +40,11 @@ PetscErrorCode reject_nan(MPI_Comm comm, const Lattice& l, const std::string& pa
 
 PetscErrorCode read_fixed(MPI_Comm comm, const Hdf5File& file, const std::string& path, Lattice* l) {
   std::vector<std::int64_t> flags;
-  Table table;
   Error fault;
   PetscFunctionBegin;
   l->fixed.assign(static_cast<std::size_t>(l->particles.count), 0);
   if (!file.has(path)) PetscFunctionReturn(0);
-  TableShape shape;
-  shape.integers = shape.truths = true;
-  shape.rows = l->particles.total;
-  PetscCall(file.find(path, shape, &table));
-  PetscCall(file.read(table, l->particles.first, l->particles.count, 0, &flags));
+  PetscCall(read_rows(file, path, l->particles, "N", false, &flags, 0, true));
   for (std::size_t k = 0; k < flags.size() && !fault; ++k) {
     const std::int64_t row = l->particles.first + static_cast<std::int64_t>(k);
     if (flags[k] != 0 && flags[k] != 1)

@@ -29,14 +29,15 @@ struct Hdf5Layout {
 };
 
 /// Collective. This rank's part of `rows.total` rows of `width` numbers, 0 one, of the dataset `path`; `frames`: of their last frame; `row_name`: how
-/// messages call the number of rows.
+/// messages call the number of rows; `truths`: truth values may stand for integers.
 template <class T>
 PetscErrorCode read_rows(const Hdf5File& file, const std::string& path, const Rows& rows, const char* row_name, bool frames, std::vector<T>* out,
-                         int width = 0) {
+                         int width = 0, bool truths = false) {
   Table table;
   TableShape shape;
   PetscFunctionBegin;
   shape.integers = std::is_integral_v<T>;
+  shape.truths = truths;
   shape.rows = rows.total;
   shape.row_name = row_name;
   shape.frames = frames;

@@ -130,7 +130,7 @@ def decimals(checks, folder):
         for name, text in (("table", f"x=table:{folder / 'row.csv'}"), ("expression", f"x=expression:(t-{times[row]})*step(t-{times[row]})")):
             r = checks.run({**chain, "bs_motion_g": text, "ts_type": kind, "ts_dt": h, "ts_init_time": start, "ts_max_time": times[-1], **({"ts_adapt_type": "none"} if kind == "bdf" else {})},
                            interval=interval).trajectory
-            last = r.velocity[:, np.argsort(r.id)][:, -1, 0] if r.velocity.ndim == 3 else r.velocity
+            last = r.velocity[:, np.argsort(r.id)][:, -1, 0]
             stride = 3 if interval else 1
             checks.near(f"{kind}, {name}, steps of {h} s from {start} s: their ends", r.time, times[::stride], 0)
             checks.near(f"{kind}, {name}, steps of {h} s from {start} s: the row is met at its time", last, np.where(np.array(times[::stride]) >= times[row], 1.0, 0.0), 1e-12)

@@ -11,7 +11,6 @@ namespace bs {
 template <class Law>
 struct LinearDrag {
   static constexpr Potential potential = Potential::of_velocity;
-  static constexpr bool against_fluid = true;
 
   /// No potential: 0.
   template <int d>

@@ -41,12 +41,9 @@ struct varies_in_time : std::false_type {};
 template <class Law>
 struct varies_in_time<Law, std::void_t<decltype(Law::varies_in_time)>> : std::bool_constant<Law::varies_in_time> {};
 
-/// Whether a law's force is that of a fluid with a velocity of its own, which is the same everywhere: it says `static constexpr bool against_fluid =
-/// true`.
-template <class Law, class = void>
-struct against_fluid : std::false_type {};
+/// Whether a law's force depends on the velocity: it is the drag of a fluid, whose own velocity is the same everywhere.
 template <class Law>
-struct against_fluid<Law, std::void_t<decltype(Law::against_fluid)>> : std::bool_constant<Law::against_fluid> {};
+inline constexpr bool is_drag = Law::potential == Potential::of_velocity || Law::potential == Potential::none;
 
 /// Whether a law's force grows with the load factor of static analyses: it has the factor, `load`.
 template <class Law, class = void>

@@ -29,7 +29,6 @@ constexpr Shape shapes[] = {{"none", 0},
 struct ShapeDrag {
   static constexpr const char* title = "shape drag";
   static constexpr Potential potential = Potential::of_velocity;
-  static constexpr bool against_fluid = true;
   int shape = 0;                ///< index into `shapes`; 0: none
   double drag_coefficient = 0;  ///< C_D [1]; off: 0
   double rho = 0;               ///< density of the fluid [kg/m^3]

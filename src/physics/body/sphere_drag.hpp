@@ -14,7 +14,6 @@ namespace bs {
 struct SphereDrag {
   static constexpr const char* title = "sphere drag";
   static constexpr Potential potential = Potential::none;
-  static constexpr bool against_fluid = true;
   static constexpr std::size_t column = particle_parameter("radius");
   bool on = false;
   double rho = 0;               ///< density of the fluid [kg/m^3]

@@ -24,7 +24,10 @@ void Drive::follow(const Component& one, double t, const double* x0, double* s) 
   } else if (one.kind == Kind::table) {
     const std::vector<double>&time = one.time, &shift = one.shift;
     auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
-    if (const auto next = static_cast<std::size_t>(after); next < time.size() && snap(t, time[next]) == time[next]) t = time[next], ++after;
+    if (const auto next = static_cast<std::size_t>(after); next < time.size() && snap(t, time[next]) == time[next]) {
+      t = time[next];
+      ++after;
+    }
     const std::size_t k = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(after - 1, 0, static_cast<std::ptrdiff_t>(time.size()) - 2));
     const double slope = (shift[k + 1] - shift[k]) / (time[k + 1] - time[k]), slack = 1e-9 * (time.back() - time.front());
     // from the left end only: exact there, so the last row is taken by itself

@@ -225,12 +225,14 @@ void Expression::run(double t, const double* x0, double* out) const {
 }
 
 void Expression::at(double t, const double* x0, double* out) const {
+  const bool fresh = t != asked_;
+  if (fresh) time_ = decimal_time(t);  // once for all places
+  asked_ = t;
   if (by_place_) {
-    run(decimal_time(t), x0, out);
+    run(time_, x0, out);
     return;
   }
-  if (t != time_) run(decimal_time(t), x0, value_);
-  time_ = t;
+  if (fresh) run(time_, x0, value_);
   std::copy_n(value_, 3, out);
 }
 

@@ -34,8 +34,9 @@ class Expression {
 
   std::vector<Operation> operations_;
   bool by_place_ = false, may_jump_ = false;
-  mutable double time_ = NAN, value_[3] = {0, 0, 0};  ///< the last result, where the place does not matter
-  mutable std::vector<double> stack_;                 ///< three numbers each: u, u', u''
+  mutable double asked_ = NAN, time_ = NAN;  ///< the last time, and the decimal that it is
+  mutable double value_[3] = {0, 0, 0};      ///< the result then, where the place does not matter
+  mutable std::vector<double> stack_;        ///< three numbers each: u, u', u''
 };
 
 /// A text of any length for a line of an error: its beginning.

@@ -87,7 +87,7 @@ PetscErrorCode ParticleModel::read_laws(const Lattice& lattice) {
     if constexpr (acts_by_column<Law>::value) law.given = find_column(lattice.particle_columns, particle_parameters[Law::column].name) != nullptr;
   });
   for_each_law(laws_, [&](const auto& law) {
-    if (against_fluid<std::decay_t<decltype(law)>>::value && law.active()) constraints_.box().set_drag(law.title);
+    if (is_drag<std::decay_t<decltype(law)>> && law.active()) constraints_.box().set_drag(law.title);
   });
   PetscCall(constraints_.read_anchors(net_.comm, lattice.dim));
   PetscFunctionReturn(0);
@@ -170,7 +170,7 @@ PetscErrorCode ParticleModel::create_state() {
       std::copy_n(&net_.velocity[i * d], d, &ay[layout_.v(i)]);
     }
   }
-  PetscReal start = 0;
+  PetscReal start;
   PetscCall(read_start_time(&start));
   PetscCall(follow_box(start, y0_));
   PetscCall(constraints_.stop(y0_));

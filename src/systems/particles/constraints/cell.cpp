@@ -202,8 +202,9 @@ PetscErrorCode Cell::follow(double t, Vec y) const {
 // the lattice happens to have.
 void Cell::find_drag(double t, Error* fault) const {
   double F[9], rate[9];
+  if (drag_.empty()) return;
   gradient(t, F, rate);
-  if (drag_.empty() || std::all_of(rate, rate + dim_ * dim_, [](double v) { return v == 0; })) return;
+  if (std::all_of(rate, rate + dim_ * dim_, [](double v) { return v == 0; })) return;
   fault->note(-1,
               format("option -bs_box_strain: the box flows at t = %.10g s, and the fluid of the %s does not, so that images of one particle would "
                      "feel unlike drag: give springs damping instead, or a force of your own against v - F' F^-1 x, or strain the box by "
