@@ -123,3 +123,16 @@ TEST_CASE("two images that are equally near are told in a skew box, too", "[box]
   CHECK(nearest.find(beside, shift) == Approx(0.2));
   CHECK(nearest.find(corner, shift) == Approx(0).margin(1e-14));
 }
+
+TEST_CASE("places that are many boxes apart are brought together at once, not box by box", "[box]") {
+  PeriodicBox box;
+  box.edges = {1, 0, 0, 7, 1, 0, -3, 5, 1};  // of determinant 1 and whole numbers: the images of a place are those of a unit cube
+  std::fill_n(box.periodic, 3, true);
+  const std::int64_t far[3] = {900000000, -800000000, 700000000};
+  double dx[3] = {0.25, 0.125, -0.25};
+  for (int c = 0; c < 3; ++c)
+    for (int k = 0; k < 3; ++k) dx[c] += static_cast<double>(far[k]) * box.edges[static_cast<std::size_t>(3 * k + c)];
+  std::int64_t shift[3];
+  CHECK(NearestImages(box, 3).find(dx, shift) == Approx(0.5).epsilon(1e-6));
+  for (int k = 0; k < 3; ++k) CHECK(shift[k] == -far[k]);
+}
