@@ -32,6 +32,11 @@ def boxed(options):
     return dict(free(options), bs_lattice_periodic="".join(axis for axis, n in zip("xyz", options["bs_lattice_size"]) if n > 4))
 
 
+def without_drag(change):
+    """A fluid at rest and a box that flows exclude each other."""
+    return lambda options: {name: value for name, value in change(options).items() if name != "bs_stokes_drag"}
+
+
 def angles(part):
     def add(options):
         spacing, stiffness = spacing_and_stiffness(options)
@@ -61,7 +66,7 @@ def driven(motion):
 
 # name: (with the ability, what it is compared with)
 ABILITIES = {"soft angle springs": (angles(0.01), dict), "stiff angle springs": (angles(1), dict), "periodic box": (boxed, free),
-             "strained box": (lambda options: dict(boxed(options), bs_box_rate="xx=0.001"), free),
+             "strained box": (without_drag(lambda options: dict(boxed(options), bs_box_rate="xx=0.001")), without_drag(free)),
              "driven end": (driven("velocity:0.001,0,0"), dict), "rollers": (driven("x=velocity:0.001,y=free,z=free"), dict),
              "tension alone": (stretched("tension"), stretched("hooke")),
              "may break": (lambda options: dict(options, bs_break_strain=0.5), dict)}
