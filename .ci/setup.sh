@@ -5,8 +5,8 @@ say() { printf '\033[1m== %s\033[0m\n' "$*"; }
 
 # What ./demo needs, all from Debian (435 MB to download on an empty system), and with the tests (620 MB).
 demo_packages="g++ cmake ninja-build pkg-config petsc-dev slepc-dev libyaml-dev libopenblas0-serial openmpi-bin catch2
-python3 python3-h5py python3-numpy python3-scipy python3-matplotlib ffmpeg"
-packages="$demo_packages dpkg-dev file python3-pandas python3-tqdm python3-meshio python3-yaml
+python3 python3-h5py python3-numpy python3-scipy python3-matplotlib python3-tqdm python3-yaml ffmpeg"
+packages="$demo_packages dpkg-dev file python3-pandas python3-meshio
 pybind11-dev python3-dev python3-mpi4py python3-petsc4py mypy python3-nbconvert python3-ipykernel python3-gsd python3-vtk9 python3-ase python3-mdanalysis lammps ngspice xvfb xauth libgl1-mesa-dri clang libclang-rt-dev clang-format
 python3-sphinx python3-myst-parser furo"
 

@@ -1,9 +1,11 @@
 """What the project itself says of its packages, presets, options and components."""
+import ast
 import json
 import os
 import pathlib
 import re
 import subprocess
+import sys
 
 REPO = pathlib.Path(__file__).resolve().parents[2]
 CMAKE = [REPO / "CMakeLists.txt", *sorted((REPO / "cmake").glob("*.cmake")), REPO / "src/package/install.cmake", REPO / "src/python/CMakeLists.txt", REPO / "tests/CMakeLists.txt"]
@@ -53,6 +55,23 @@ def recommended_packages():
     text = (REPO / "src/package/install.cmake").read_text()
     named = re.findall(r'CPACK_DEBIAN_(?:RUNTIME_PACKAGE_RECOMMENDS|PYTHON_PACKAGE_DEPENDS)\s+"([^"]*)"', text)
     return {word.strip() for word in re.sub(r"\([^)]*\)", "", ",".join(named)).split(",")}
+
+
+def modules_of(scripts):
+    """Modules that the scripts of postprocess and those of them that they import take from elsewhere than Python itself, also within functions."""
+    seen, found, left = set(), set(), [REPO / "postprocess" / name for name in scripts]
+    while left:
+        script = left.pop()
+        seen.add(script)
+        for node in ast.walk(ast.parse(script.read_text())):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else [node.module] if isinstance(node, ast.ImportFrom) else []
+            for name in {name.split(".")[0] for name in names}:
+                own = script.parent / f"{name}.py"
+                if own.exists():
+                    left += [own] if own not in seen else []
+                elif name not in sys.stdlib_module_names:
+                    found.add(name)
+    return found
 
 
 def owners_of_libraries(program):

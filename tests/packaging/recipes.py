@@ -96,10 +96,19 @@ def scripts(checks):
     checks.true("the recipes are not ignored by git", done.returncode != 0)
 
 
+def demo(checks):
+    """`./demo` installs what the scripts that it calls import, on a system that has nothing of it."""
+    called = re.findall(r"postprocess/(\w+\.py)", (REPO / "demo").read_text())
+    installed = re.search(r'^demo_packages="([^"]*)"', (REPO / ".ci/setup.sh").read_text(), re.M).group(1).split()
+    exist_in_debian(checks, "demo", installed)
+    imported = {f"python3-{name.lower()}" for name in project.modules_of(called)} - {"python3-pil", "python3-pandas"}  # of matplotlib; of tables that it does not ask for
+    checks.true("demo installs what its scripts import", len(imported) > 3 and imported <= set(installed), f"{sorted(imported - set(installed))}")
+
+
 def main():
     checks = Checks(__doc__)
     build = pathlib.Path(checks.program).parent
-    for name, group in (("docker", dockerfile), ("context", context), ("apptainer", apptainer), ("scripts", scripts), ("spack", lambda c: spack_stub.check(c, PACKAGE)),
+    for name, group in (("docker", dockerfile), ("context", context), ("apptainer", apptainer), ("scripts", scripts), ("demo", demo), ("spack", lambda c: spack_stub.check(c, PACKAGE)),
                         ("conda", lambda c: conda.check(c, PACKAGE)), ("workflows", lambda c: workflows.check(c, build))):
         if checks.wants(name):
             with checks.group(name):
