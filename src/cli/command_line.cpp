@@ -23,15 +23,16 @@ bool is_option(const std::string& word) {
 }
 
 /// PETSc options are mappings of names to scalars, sequences of scalars, or further mappings.
-/// `budget` counts down the nodes that may still be visited: aliases can make a small file endless.
-std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bool in_sequence, int* budget) {
+/// `budget` counts down the nodes that may still be visited, `levels` those within one another: aliases can make a small file endless.
+std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bool in_sequence, int levels, int* budget) {
   const auto at = [](const yaml_node_t& there) { return format(" line %zu: ", there.start_mark.line + 1); };
-  if (--*budget < 0) return at(node) + "more than 10000 entries, or aliases that never end; write each option once";
+  if (--*budget < 0 || levels < 0)
+    return at(node) + "more than 10000 entries, more than 100 within one another, or aliases that never end; write each option once";
   if (node.type == YAML_SCALAR_NODE) return {};
   if (in_sequence) return at(node) + "a list in a list; write lists of numbers or words, like [0, -9.81]";
   if (node.type == YAML_SEQUENCE_NODE) {
     for (const yaml_node_item_t* item = node.data.sequence.items.start; item < node.data.sequence.items.top; ++item) {
-      const std::string fault = fault_of_node(document, *yaml_document_get_node(document, *item), true, budget);
+      const std::string fault = fault_of_node(document, *yaml_document_get_node(document, *item), true, levels - 1, budget);
       if (!fault.empty()) return fault;
     }
     return {};
@@ -44,7 +45,7 @@ std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bo
     if (dashes > 0 && dashes < name.size())
       return at(key) + "'" + name + "': names stand without their dash; write '" + name.substr(dashes) + ": value'";
     if (name.rfind("options_file", 0) == 0) return at(key) + "PETSc reads no option file that a YAML file names; name it on the command line";
-    const std::string fault = fault_of_node(document, *yaml_document_get_node(document, pair->value), false, budget);
+    const std::string fault = fault_of_node(document, *yaml_document_get_node(document, pair->value), false, levels - 1, budget);
     if (!fault.empty()) return fault;
   }
   return {};
@@ -72,7 +73,7 @@ std::string fault_of_yaml(const std::string& text, const std::string& name) {
   yaml_node_t* const root = yaml_document_get_root_node(&document);
   if (root && root->type != YAML_MAPPING_NODE)
     fault = format(" line %zu: holds no options; write 'name: value' a line, the name without its dash", root->start_mark.line + 1);
-  else if (root) fault = fault_of_node(&document, *root, false, &budget);
+  else if (root) fault = fault_of_node(&document, *root, false, 100, &budget);
   yaml_document_delete(&document);
   return fault.empty() ? fault : name + fault;
 }

@@ -112,6 +112,7 @@ class FirstOrder : public Model {
   PetscErrorCode fingerprint(std::uint64_t* value) override { return own_->fingerprint(value); }
   PetscErrorCode take_constants(std::vector<Dataset>* out) override { return own_->take_constants(out); }
   void release_input() override { own_->release_input(); }
+  PetscErrorCode prepare(const Plan& plan) override { return own_->prepare(plan); }
   PetscErrorCode covers(double t_start, double t_end) override { return own_->covers(t_start, t_end); }
   PetscErrorCode foresee(double from, double to, std::string* fault) override { return own_->foresee(from, to, fault); }
   PetscErrorCode last_fault(std::string* text) override { return own_->last_fault(text); }

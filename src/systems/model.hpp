@@ -34,7 +34,10 @@ struct Plan {
   std::string type = {};   ///< the TS type's name
   std::string method;      ///< the options that name the method
   bool descriptor = true;  ///< whether it keeps its order where C is singular
-  bool any_step = true;    ///< whether it is stable at any step: explicit types and theta below 1/2 are not
+  /// Whether the steps on both sides of a time count alike what is given there: sources and forces that jump then have the mean of both sides, by
+  /// which the method keeps its order 2.
+  bool even_ends = false;
+  bool any_step = true;  ///< whether it is stable at any step: explicit types and theta below 1/2 are not
 };
 
 /// A system of differential equations F(t, y, y') = 0 with its explicit form y' = G(t, y).
@@ -80,8 +83,6 @@ class Model : public System {
 
   /// Whether F is linear in y and y': one linear solve a step is then enough.
   virtual bool linear() const { return false; }
-  /// Collective, once, before the first evaluation. Ends the run with exit code 2 if the model does not have the required form.
-  virtual PetscErrorCode prepare(const Plan&) { return 0; }
   /// Steps at the start that are to be taken by backward Euler (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }
   /// Collective, after the first set-up of the linear solver: ends the run where its matrix is singular. Null: it has no matrix.

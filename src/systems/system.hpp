@@ -14,6 +14,8 @@
 
 namespace bs {
 
+struct Plan;  // systems/model.hpp
+
 /// A step that is done: it ended at time t after the length h, [s] or of the load factor; or one that begins: it is to go from t by h. `number`
 /// counts from 1 on, 0: the start; `attempt`: how many attempts of it were rejected before.
 struct Step {
@@ -166,6 +168,8 @@ class System {
   virtual PetscErrorCode take_constants(std::vector<Dataset>* out) = 0;
   /// Frees what was kept of the input for take_constants().
   virtual void release_input() {}
+  /// Collective, once, before the first step in time. Ends the run with exit code 2 if the system does not have the form that the method requires.
+  virtual PetscErrorCode prepare(const Plan&) { return 0; }
   /// Collective. Ends the run with exit code 2 if data given over time (tables) do not extend to t_end, or what moves as given is seen to jump.
   virtual PetscErrorCode covers(double t_start, double t_end) = 0;
   /// Collective. Why no state can follow what is given over the time from `from` to `to`: it is not finite at the end of it, or jumps on the way

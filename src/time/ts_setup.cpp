@@ -138,6 +138,7 @@ static PetscErrorCode plan_of(TS ts, const TSContext& context, Plan* plan) {
   plan->type = context.method->type();
   plan->method = context.method->words();
   plan->descriptor = context.method->descriptor >= context.method->order;
+  plan->even_ends = plan->type == TSBDF || context.method->is("verlet") || (context.implicit && theta == 0.5);
   plan->any_step = context.implicit && theta >= 0.5;
   plan->steps = std::min(static_cast<double>(most), (context.pace.end - start) / plan->step);
   if (adaptive) PetscFunctionReturn(0);  // it shortens its steps where they are not stable

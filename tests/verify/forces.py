@@ -142,6 +142,21 @@ def oscillator(checks, folder):
     checks.near("kinetic energy", r.observables["kinetic_energy"].ravel(), kinetic, 1e-13)
 
 
+def jumps(checks, folder):
+    """A force that begins where a step ends leaves methods of order 2 their order: m x'' + k x = A step(t - b) step(c - t), x by its two cosines."""
+    T, b, c, w0 = 1.2, 0.3, 0.9, np.sqrt(K / M)
+    path = named(write_lattice(folder / "j.h5", [[0.0], [1.0]], M, fixed=[1, 0], pairs=[[0, 1]], stiffness=K, rest_length=1.0), mass=[1])
+    x, v = (A / K * (f(w0 * (T - c)) - f(w0 * (T - b))) * s for f, s in ((np.cos, 1), (np.sin, -w0)))
+    base = {"bs_lattice_file": path, "bs_force_mass": f"expression:{A}*step(t-{b})*step({c}-t)", "ts_adapt_type": "none", "ts_max_time": T}
+    for name, options in (("cn", direct(checks.ranks)), ("bdf", direct(checks.ranks)), ("theta", {**direct(checks.ranks), "ts_theta_endpoint": 0}), ("verlet", {})):
+        errors, counts = [], (120, 240, 480)
+        for n in counts:
+            r = checks.run({**base, **options, "ts_type": name, "ts_dt": T / n}, interval=T).trajectory
+            errors.append(np.hypot(r.position[-1, 1, 0] - 1 - x, (r.velocity[-1, 1, 0] - v) / w0))
+        found = observed_orders([T / n for n in counts], errors)[-1]
+        checks.true(f"{name}: order 2", abs(found - 2) <= 0.1, f"{found:.3f}, errors {errors}")
+
+
 def two_centres(checks, folder):
     """A particle between two masses that are at rest (Euler's problem of two fixed centres): its energy and its second invariant
     L1 L2 + 2 a (m1 cos(theta1) - m2 cos(theta2)) with Li = r_i x v, theta_i the angle of r_i, centres at -a and a; SciPy's path; a third mass on the way; a statics' equilibrium."""
@@ -363,4 +378,4 @@ def continued(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("given forces", (masks, two_springs, scaled, moments, oscillator, two_centres, travels, star_dome, boxes, driven, breaks, continued))
+    run_parts("given forces", (masks, two_springs, scaled, moments, oscillator, jumps, two_centres, travels, star_dome, boxes, driven, breaks, continued))

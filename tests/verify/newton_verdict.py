@@ -63,9 +63,20 @@ def rounding_level(checks):
         checks.true("what ended at rounding level is counted", tightest.report.get("newton_at_floor", 0) > 0, "rtol 1e-15 is out of reach")
 
 
+def at_rest(checks):
+    """A particle that rests on its spring: residuals are rounding errors from the start, of which one iteration may make greater ones; no step is rejected for that."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = write_lattice(pathlib.Path(folder) / "rest.h5", [[0.0], [1.0]], 0.5, fixed=[1, 0], pairs=[[0, 1]], stiffness=70.0, rest_length=1.0)
+        options = {"bs_lattice_file": file, "bs_group_mass": "ids:1", "bs_force_mass": "expression:step(t-0.3)", "ts_adapt_type": "none", "ts_max_time": 0.35}
+        for kind in ("bdf", "cn", "arkimex"):
+            for h in (2.5e-3, 1e-4):
+                r = checks.run({**options, "ts_type": kind, "ts_dt": h}).report
+                checks.true(f"{kind}, h = {h:g} s", r["rejected"] == 0 and not r["warnings"] and r["steps"] == round(0.35 / h), f"{r['rejected']} rejected, {r['steps']} steps, {r['warnings']}")
+
+
 def main():
     checks = Checks(__doc__)
-    for part in (steps_of_nothing, beside, rounding_level):
+    for part in (steps_of_nothing, beside, rounding_level, at_rest):
         if checks.wants(part.__name__):
             with checks.group(part.__name__):
                 part(checks)

@@ -92,6 +92,41 @@ def check_orders(checks, folder):
         checks.near(f"order of {name}", observed[-1], order, 0.05)
 
 
+def check_jumps(checks, folder):
+    """Sources that jump where steps end leave methods of order 2 their order, and algebraic states ring nowhere: x1' = x2 - x1, x2 = u, x1(1) by the integral
+    of exp(t - 1) u(t). A run that goes on from a jump takes the same steps."""
+    folder = pathlib.Path(folder)
+    system = write_system(folder, [[1, -1], [0, 1]], np.diag([1.0, 0]), [[0.0], [1]])
+    rise = lambda a, b: np.exp(b - 1) - np.exp(a - 1)
+    (folder / "table.csv").write_text("t,u\n0,0\n0.25,2\n0.5,-1\n0.75,3\n2,0\n")
+    held = {"bs_linear_source_table": folder / "table.csv", "bs_linear_source_table_kind": "step"}
+    sources = {"step": ({"bs_linear_source": "step(1,0.5)"}, rise(0.5, 1), 1), "pulse": ({"bs_linear_source": "pulse(3,0.25,0,0.5)"}, 3 * rise(0.25, 0.75), 0),
+               "PULSE of SPICE": ({"bs_linear_source": "PULSE(0 2 0.25 0 0.05 0.2 0.5)"}, None, None),
+               "table": (held, 2 * rise(0.25, 0.5) - rise(0.5, 0.75) + 3 * rise(0.75, 1), 3)}
+    sources["PULSE of SPICE"] = (sources["PULSE of SPICE"][0], 2 * sum(rise(a, a + 0.2) + falling(a + 0.2, 0.05) for a in (0.25, 0.75)), 0)
+    for what, (source, truth, last) in sources.items():
+        for name, method in (("tr", TYPES["tr"]), ("bdf2", {"ts_type": "bdf"}), ("midpoint", {"ts_type": "theta", "ts_theta_theta": 0.5, "ts_theta_endpoint": 0})):
+            steps, errors = [40, 80, 160], []
+            for n in steps:
+                run = States(checks, {**system, **source, **method, "ts_dt": 1.0 / n, "ts_max_time": 1.0})
+                errors.append(abs(run.value[-1, 0] - truth))
+            checks.below(f"error of {name}, {what}", errors[-1], 5e-4)
+            if min(errors) > 1e-12:
+                checks.near(f"order of {name}, {what}", observed_orders([1.0 / n for n in steps], errors)[-1], 2, 0.2)
+            if name != "midpoint":
+                checks.near(f"algebraic state of {name}, {what}", run.value[-1, 1], last, 1e-12)
+    whole = {**system, **sources["table"][0], **TYPES["tr"], "ts_dt": 0.05, "ts_max_time": 1.0}
+    checks.run({"bs_model": "linear", **whole, "ts_max_time": 0.5, "bs_checkpoint": folder / "c.ck", "bs_output": "none"})
+    on = checks.run({"bs_restart": folder / "c.ck", "ts_max_time": 1.0, "bs_output": "on.h5md"}, keep=("on.h5md",))
+    with h5py.File(io.BytesIO(on.files["on.h5md"])) as f:
+        checks.near("a run that goes on from a jump", f["states/value"][-1], States(checks, whole).value[-1], 0)
+
+
+def falling(start, duration):
+    """Integral of exp(t - 1) (1 - (t - start)/duration) over it."""
+    return -np.exp(start - 1) + (np.exp(start + duration - 1) - np.exp(start - 1)) / duration
+
+
 def check_formulas(checks, folder):
     """cn, beuler and euler are the formulas of the text, step for step, for a singular C too."""
     G, C, B, x0 = smooth_system()
@@ -498,7 +533,7 @@ def check_remarks(checks):
 
 
 def check_builtin(checks):
-    for name, check in (("orders", check_orders), ("formulas", check_formulas), ("tank", check_tank), ("complex_limit", check_complex_limit), ("sources", check_sources),
+    for name, check in (("orders", check_orders), ("jumps", check_jumps), ("formulas", check_formulas), ("tank", check_tank), ("complex_limit", check_complex_limit), ("sources", check_sources),
                         ("formats", check_formats), ("index", check_index), ("index_advice", check_index_advice),
                         ("start_words", check_start_words), ("solves", check_solves)):
         if checks.wants(name):

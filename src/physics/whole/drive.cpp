@@ -9,7 +9,7 @@
 namespace bs {
 
 /// Displacement, velocity and acceleration of one component into s[3].
-void Drive::follow(const Component& one, double t, const double* x0, double* s) {
+void Drive::follow(const Component& one, double t, const double* x0, double* s, double of_zero) {
   s[0] = s[1] = s[2] = 0;
   if (one.kind == Kind::velocity) {
     s[0] = one.rate * t;
@@ -20,7 +20,7 @@ void Drive::follow(const Component& one, double t, const double* x0, double* s) 
     s[1] = one.amplitude * w * std::cos(angle);
     s[2] = -w * w * s[0];
   } else if (one.kind == Kind::expression) {
-    one.expression.at(t, x0, s);
+    one.expression.at(t, x0, s, of_zero);
   } else if (one.kind == Kind::table) {
     const std::vector<double>&time = one.time, &shift = one.shift;
     auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
@@ -67,12 +67,12 @@ void Drive::at(double t, const double* x0, double* x, double* v, double* a) cons
   }
 }
 
-void Drive::displacement(double t, const double* x0, double* u) const {
+void Drive::displacement(double t, const double* x0, double* u, double of_zero) const {
   double start[3] = {0, 0, 0}, s[3];
   std::copy_n(x0, dim_, start);
   for (int c = 0; c < dim_; ++c) {
     if (component_[c].kind == Kind::free) continue;
-    follow(component_[c], t, start, s);
+    follow(component_[c], t, start, s, of_zero);
     u[c] = s[0];
   }
 }

@@ -42,7 +42,8 @@ class Drive {
   /// row of a table the slope to its right, beyond its ends at rest.
   void at(double t, const double* x0, double* x, double* v, double* a) const;
   /// The displacements alone, of what is given component by component, without what x0 rounds off them; the others are left alone.
-  void displacement(double t, const double* x0, double* u) const;
+  /// `of_zero`: step(0) of expressions.
+  void displacement(double t, const double* x0, double* u, double of_zero = 1) const;
   /// Why tables do not serve a run that ends at t, in words that follow "the table of ..."; empty: they do, but for rounding.
   std::string misses(double t) const;
   /// A time in (from, to] at which what starts at x0 jumps, or grows beyond all bounds; NaN: none is seen. Every step asks for its own.
@@ -64,7 +65,7 @@ class Drive {
   bool parse_rotation(const std::vector<double>& n, std::string* error);
   void note_held();
   void rotate(double t, const double* x0, double* x, double* v, double* a) const;
-  static void follow(const Component& one, double t, const double* x0, double* s);
+  static void follow(const Component& one, double t, const double* x0, double* s, double of_zero = 1);
 
   std::string text_;
   int dim_ = 3;

@@ -193,7 +193,7 @@ bool Expression::parse(const std::string& text, bool placed, std::string* error)
   return true;
 }
 
-void Expression::run(double t, const double* x0, double* out) const {
+void Expression::run(double t, const double* x0, double of_zero, double* out) const {
   double* top = stack_.data() - 3;
   for (const Operation& one : operations_) {
     if (one.code <= Z0) {
@@ -205,6 +205,11 @@ void Expression::run(double t, const double* x0, double* out) const {
     }
     if (one.code == NEGATE) {
       for (int k = 0; k < 3; ++k) top[k] = -top[k];
+      continue;
+    }
+    if (one.code == FIRST_FUNCTION + STEP && top[0] == 0) {
+      top[0] = of_zero;
+      top[1] = top[2] = 0;
       continue;
     }
     if (one.code >= FIRST_FUNCTION) {
@@ -224,15 +229,16 @@ void Expression::run(double t, const double* x0, double* out) const {
   std::copy_n(top, 3, out);
 }
 
-void Expression::at(double t, const double* x0, double* out) const {
-  const bool fresh = t != asked_;
+void Expression::at(double t, const double* x0, double* out, double of_zero) const {
+  const bool fresh = t != asked_ || of_zero != of_zero_;
   if (fresh) time_ = decimal_time(t);  // once for all places
   asked_ = t;
+  of_zero_ = of_zero;
   if (by_place_) {
-    run(time_, x0, out);
+    run(time_, x0, of_zero, out);
     return;
   }
-  if (fresh) run(time_, x0, value_);
+  if (fresh) run(time_, x0, of_zero, value_);
   std::copy_n(value_, 3, out);
 }
 

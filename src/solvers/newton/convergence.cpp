@@ -29,6 +29,13 @@ bool NewtonPolicy::below(const ResidualNorms& now, double rtol, double floors) c
   return now[0] <= std::max(rtol * kinematic, floors * floor[0]) && now[1] <= std::max(rtol * momentum, floors * floor[1]);
 }
 
+/// Whether the residual has fallen to this part of the first one, or has been of the size of its rounding errors: now, or from the start, as that of
+/// a body at rest, which an iteration may make greater.
+bool NewtonPolicy::has_fallen(const ResidualNorms& now, double part) const {
+  constexpr double NEAR = 100;
+  return below(now, part, NEAR) || (solve_.first[0] <= NEAR * solve_.floor[0] && solve_.first[1] <= NEAR * solve_.floor[1]);
+}
+
 /// Near rounding level, and no longer falling: no further iterate is any better. The estimate of the rounding errors is a sum
 /// of the worst cases, which Newton may well get below; so what the residual does decides. Beside stiff springs soft ones may still be far from
 /// that level where the norms are near it: equilibria wait for several iterates before they give up.
@@ -39,13 +46,6 @@ bool NewtonPolicy::exhausted(const ResidualNorms& now, double rtol) const {
   const bool falling = now[0] < 0.5 * solve_.previous[0] || now[1] < 0.5 * solve_.previous[1];
   if (to_rounding_) return near && (solve_.stalled >= PATIENCE || (!falling && below(now, rtol, 1.0)));
   return near && !falling;
-}
-
-// A step of nothing is no sign of convergence where the linear solver has done nothing (-ksp_atol 1e10): the step decides only
-// where the residual, too, has fallen far.
-bool NewtonPolicy::step_decides(const ResidualNorms& now) const {
-  constexpr double FAR = 1e-4, NEAR = 100;
-  return below(now, FAR, NEAR);
 }
 
 // Inexact Newton: a linear solve need not be better than Newton's own quadratic convergence lets it be, nor than what is
@@ -170,12 +170,14 @@ void NewtonSolve::follow(const ResidualNorms& now, double fall) {
 // whole Newton step below stol of the state. Diverged: grown by the divergence tolerance, unless the search makes the potential fall, whose gradient
 // may grow on the way past a stiff spring, and the user has not asked for it.
 SNESConvergedReason NewtonPolicy::verdict(const Norms& at, const ResidualNorms& now) const {
+  constexpr double FAR = 1e-4;
   const double whole = std::hypot(solve_.first[0], solve_.first[1]);
   if (at.F < at.atol) return SNES_CONVERGED_FNORM_ABS;
   if (at.it > 0 ? below(now, at.rtol, 0.0) : below(now, 0.0, 1.0)) return SNES_CONVERGED_FNORM_RELATIVE;
   if (at.it == 0) return SNES_CONVERGED_ITERATING;
   if (exhausted(now, at.rtol)) return SNES_CONVERGED_FNORM_RELATIVE;
-  if (at.step < at.stol * at.x) return step_decides(now) ? SNES_CONVERGED_SNORM_RELATIVE : SNES_DIVERGED_LINEAR_SOLVE;
+  // a step of nothing is no sign of convergence where the linear solver has done nothing (-ksp_atol 1e10)
+  if (at.step < at.stol * at.x) return has_fallen(now, FAR) ? SNES_CONVERGED_SNORM_RELATIVE : SNES_DIVERGED_LINEAR_SOLVE;
   if (!descends_ && at.divtol > 0 && whole > 0 && at.F > at.divtol * whole) return SNES_DIVERGED_DTOL;
   return SNES_CONVERGED_ITERATING;
 }
@@ -205,7 +207,7 @@ PetscErrorCode NewtonPolicy::limit_evaluations(SNES snes, SNESConvergedReason* r
 }
 
 PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReason* reason) {
-  constexpr double LOOSE = 1e-3, NEAR = 100;
+  constexpr double LOOSE = 1e-3;
   Vec F;
   ResidualNorms now;
   PetscFunctionBegin;
@@ -219,7 +221,7 @@ PetscErrorCode NewtonPolicy::judge(SNES snes, const Norms& at, SNESConvergedReas
   if (*reason == SNES_CONVERGED_FNORM_RELATIVE || *reason == SNES_CONVERGED_SNORM_RELATIVE) PetscCall(confirm(snes, at, now, reason));
   if (*reason == SNES_CONVERGED_ITERATING && settings_.forcing) PetscCall(set_forcing(snes, at.it, now, at.rtol));
   if (*reason > 0) lengths_.converged(at.it);
-  if (*reason > 0 && !below(now, LOOSE, NEAR)) ++loose_;
+  if (*reason > 0 && !has_fallen(now, LOOSE)) ++loose_;
   if (*reason == SNES_CONVERGED_ITERATING && settings_.directions && !all_iterations_ && in_vain(at.it)) *reason = SNES_DIVERGED_INNER;
   if (*reason == SNES_CONVERGED_ITERATING) PetscCall(limit_evaluations(snes, reason));
   solve_.previous = now;

@@ -149,8 +149,8 @@ class NewtonPolicy {
   bool below(const ResidualNorms& now, double rtol, double floors) const;
   bool loads_grow() const;
   bool exhausted(const ResidualNorms& now, double rtol) const;
+  bool has_fallen(const ResidualNorms& now, double part) const;
   bool in_vain(PetscInt iterations);
-  bool step_decides(const ResidualNorms& now) const;
   double as_force(const ResidualNorms& norms) const { return std::max(solve_.inverse_h * norms[0], norms[1]); }
 
   NewtonSettings settings_;

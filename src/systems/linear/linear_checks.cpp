@@ -110,6 +110,7 @@ PetscErrorCode LinearModel::prepare(const Plan& plan) {
   PetscCall(find_null_spaces(system_.C, &of_C_));
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
+  even_ends_ = plan.even_ends;
   may_grow_ = !plan.any_step;
   PetscFunctionReturn(0);
 }

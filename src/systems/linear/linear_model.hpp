@@ -77,8 +77,9 @@ class LinearModel final : public Model {
   VecHandle u_, Bu_, work_, diagonal_C_;
   KSPHandle C_solver_;
   std::vector<Filling> filled_;
-  std::string type_;       ///< of the TS
-  bool may_grow_ = false;  ///< whether steps of it can make energy
+  std::string type_;        ///< of the TS
+  bool even_ends_ = false;  ///< as Plan has it
+  bool may_grow_ = false;   ///< whether steps of it can make energy
 };
 
 }  // namespace bs

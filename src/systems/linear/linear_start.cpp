@@ -24,7 +24,7 @@ PetscErrorCode LinearModel::warn_of_jump() {
   PetscFunctionBegin;
   for (std::size_t k = 0; k < sources_.count(); ++k) {
     const double before = sources_.before(k, start_), after = sources_.at(k, start_);
-    if (before == after) continue;
+    if (before == after || !sources_.as_spice(k)) continue;
     PetscCall(
         warn(comm_, format("source %zu jumps from %g to %g at the start, which is taken after the jump; SPICE takes it before: let the pulse begin "
                            "later (TD) or rise in some time (TR)",

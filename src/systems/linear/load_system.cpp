@@ -187,18 +187,31 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
   PetscFunctionReturn(0);
 }
 
-double Sources::at(std::size_t column, double t) const {
-  if (!waves_.empty()) return waves_[column].at(t);
-  const std::size_t n = table_.rows(), width = columns_ + 1;
-  const auto time = [&](std::size_t row) { return table_.values[row * width]; };
-  const auto value = [&](std::size_t row) { return table_.values[row * width + 1 + column]; };
-  // the last row whose time is not after t, but for rounding
-  std::size_t low = 0, high = n;
+/// The last row of the table whose time is not after t, but for rounding.
+std::size_t Sources::row_at(double t) const {
+  const std::size_t width = columns_ + 1;
+  std::size_t low = 0, high = table_.rows();
   while (high - low > 1) {
     const std::size_t middle = (low + high) / 2;
-    if (snap(t, time(middle)) >= time(middle)) low = middle;
+    const double time = table_.values[middle * width];
+    if (snap(t, time) >= time) low = middle;
     else high = middle;
   }
+  return low;
+}
+
+double Sources::before(std::size_t column, double t) const {
+  if (!waves_.empty()) return waves_[column].before(t);
+  const std::size_t width = columns_ + 1, low = row_at(t);
+  const bool jumps = hold_ == 1 && low > 0 && snap(t, table_.values[low * width]) == table_.values[low * width];
+  return jumps ? table_.values[(low - 1) * width + 1 + column] : at(column, t);
+}
+
+double Sources::at(std::size_t column, double t) const {
+  if (!waves_.empty()) return waves_[column].at(t);
+  const std::size_t n = table_.rows(), width = columns_ + 1, low = row_at(t);
+  const auto time = [&](std::size_t row) { return table_.values[row * width]; };
+  const auto value = [&](std::size_t row) { return table_.values[row * width + 1 + column]; };
   if (low + 1 == n || hold_ == 1 || snap(t, time(low)) <= time(low)) return value(low);
   return value(low) + (value(low + 1) - value(low)) * ((t - time(low)) / (time(low + 1) - time(low)));
 }

@@ -103,13 +103,18 @@ class Sources {
   std::size_t count() const { return waves_.empty() ? columns_ : waves_.size(); }
   /// u_k(t). A table holds its first and last value outside its times (covers() refuses such runs).
   double at(std::size_t column, double t) const;
-  double before(std::size_t column, double t) const { return waves_.empty() ? at(column, t) : waves_[column].before(t); }
+  /// The limit of u_k from the left: another value than at() where it jumps.
+  double before(std::size_t column, double t) const;
+  /// Whether a source is written as a netlist of SPICE has it.
+  bool as_spice(std::size_t column) const { return !waves_.empty() && waves_[column].as_spice(); }
   bool constant() const;
   /// Empty if the table reaches from `start` to `end`, or one line of error.
   std::string covers(double start, double end) const;
   std::string describe() const;
 
  private:
+  std::size_t row_at(double t) const;
+
   std::string text_, file_;
   int hold_ = 0;
   std::vector<Waveform> waves_;

@@ -22,7 +22,8 @@ double trapezium(double t, double rise, double width, double fall) {
   return 0;
 }
 
-double pulse(double t, const std::vector<double>& p) {
+/// Since the beginning of the pulse that t lies in, snapped to its knots.
+double since_beginning(double t, const std::vector<double>& p) {
   const double t0 = p[1], rise = p[2], width = p[3], fall = p[4], period = p[6];
   double start = t0;
   if (std::isfinite(period) && t > t0) {
@@ -34,7 +35,7 @@ double pulse(double t, const std::vector<double>& p) {
   double local = t - start;
   for (int k = 0; k < 4; ++k)
     if (snap(t, knots[k]) == knots[k]) local = lengths[k];
-  return p[5] + p[0] * trapezium(local, rise, width, fall);
+  return local;
 }
 
 double piecewise(double t, const std::vector<double>& p) {
@@ -54,7 +55,7 @@ double Waveform::at(double t) const {
   switch (kind_) {
     case Kind::constant: return p_[0];
     case Kind::step: return p_[2] + (snap(t, p_[1]) >= p_[1] ? p_[0] : 0.0);
-    case Kind::pulse: return pulse(t, p_);
+    case Kind::pulse: return p_[5] + p_[0] * trapezium(since_beginning(t, p_), p_[2], p_[3], p_[4]);
     case Kind::sine: {
       const double since = std::max(0.0, t - p_[4]);
       return p_[3] + p_[0] * std::exp(-p_[5] * since) * std::sin(TWO_PI * p_[1] * since + p_[2]);
@@ -72,7 +73,11 @@ double Waveform::at(double t) const {
 }
 
 double Waveform::before(double t) const {
-  const bool jumps = kind_ == Kind::pulse && (p_[2] == 0 || p_[4] == 0) && text_.find(',') == std::string::npos;
+  bool jumps = kind_ == Kind::step && snap(t, p_[1]) == p_[1];
+  if (kind_ == Kind::pulse) {
+    const double since = since_beginning(t, p_);
+    jumps = (since == 0 && p_[2] == 0) || (since == p_[2] + p_[3] && p_[4] == 0);
+  }
   return at(jumps ? t - std::max(4e-10 * std::abs(t), std::numeric_limits<double>::min()) : t);  // beyond what snap() takes for t
 }
 
@@ -232,7 +237,7 @@ std::string read_waveform(const std::string& given, Waveform* out) {
   const std::string inside = trim(text.substr(open + 1, text.size() - open - 2));
   std::size_t kind = 0;
   std::string error;
-  const bool spice = is_spice_form(inside);
+  const bool spice = w.spice_ = is_spice_form(inside);
   if (spice) error = read_spice(lower(name), inside, &name, &w.p_);
   if (error.empty()) error = kind_of(name, &kind);
   if (!error.empty()) return shown + error;

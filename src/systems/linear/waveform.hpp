@@ -6,13 +6,15 @@
 namespace bs {
 
 /// One source u(t). Where it jumps it already has its new value at the time of the jump: a step with t0 = 0 is on at
-/// t = 0. Times that differ from a knot by 1e-10 of it count as the knot (a run's times are sums of steps).
+/// t = 0; before() is what it comes from. Times that differ from a knot by 1e-10 of it count as the knot (a run's times are sums of steps).
 class Waveform {
  public:
   enum class Kind { constant, step, pulse, sine, exponential, piecewise };
   double at(double t) const;
-  /// Of a pulse in SPICE's form that jumps at t what it was before; otherwise at(t).
+  /// The limit from the left: another value than at(t) where it jumps.
   double before(double t) const;
+  /// Whether it is written as a netlist of SPICE has it.
+  bool as_spice() const { return spice_; }
   /// Whether it has one value for all t >= 0.
   bool constant() const;
   /// A sentence where it is constant though its name says otherwise (an amplitude of 0); empty if there is nothing to report.
@@ -24,6 +26,7 @@ class Waveform {
   Kind kind_ = Kind::constant;
   std::vector<double> p_;  ///< the kind's parameters in the order of waveform_help()
   std::string text_;
+  bool spice_ = false;
 };
 
 /// Reads NAME(values or key=value, ...), for example pulse(amp=5,t0=2e-4,rise=1e-4,width=6e-4,fall=2e-4) or

@@ -3,6 +3,7 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/rounding.hpp"
 #include "base/text.hpp"
 #include "input/adjust.hpp"
 #include "lattice/columns.hpp"
@@ -119,9 +120,10 @@ void NodalForces::set_static(double s, bool grow) {
 
 void NodalForces::add_varying(std::size_t k, double t, double* f) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
+  const double of_zero = snap(t, even_after_) > even_after_ ? 0.5 : 1;
   for (std::size_t e = first_[k]; e < first_[k + 1]; ++e) {
     double one[3] = {0, 0, 0};
-    given_[shares_[e].given].drive.displacement(grow_ ? t : 1, &net_->held[static_cast<std::size_t>(loaded_[k]) * d], one);
+    given_[shares_[e].given].drive.displacement(grow_ ? t : 1, &net_->held[static_cast<std::size_t>(loaded_[k]) * d], one, of_zero);
     for (std::size_t c = 0; c < d; ++c) f[c] += shares_[e].weight * one[c];
   }
 }

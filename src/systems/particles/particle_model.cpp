@@ -7,6 +7,7 @@
 #include "base/options.hpp"
 #include "physics/pair/springs/registry.hpp"
 #include "systems/client.hpp"
+#include "systems/model.hpp"
 
 namespace bs {
 
@@ -193,6 +194,14 @@ PetscErrorCode ParticleModel::commit_start() {
   if (after > before && !continued)
     PetscCall(warn(net_.comm, format("%s: springs are given beyond their yield force: they have yielded in the first frame, which dissipated %.6g J",
                                      net_.source.c_str(), after - before)));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode ParticleModel::prepare(const Plan& plan) {
+  PetscReal start;
+  PetscFunctionBegin;
+  PetscCall(read_start_time(&start));
+  if (plan.even_ends) forces_.set_even_ends(start);
   PetscFunctionReturn(0);
 }
 

@@ -82,6 +82,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return terms_->gather_history(parts); }
   PetscErrorCode scatter_memory() override;
   bool remembers() const override { return terms_->remembers(); }
+  PetscErrorCode prepare(const Plan& plan) override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;
