@@ -9,7 +9,8 @@
 namespace bs {
 
 /// Displacement, velocity and acceleration of one component into s[3].
-void Drive::follow(const Component& one, double t, const double* x0, double* s, double of_zero) {
+void Drive::follow(const Component& one, double t, const double* x0, double* s) const {
+  const bool even = snap(t, even_after_) > even_after_;
   s[0] = s[1] = s[2] = 0;
   if (one.kind == Kind::velocity) {
     s[0] = one.rate * t;
@@ -20,7 +21,7 @@ void Drive::follow(const Component& one, double t, const double* x0, double* s, 
     s[1] = one.amplitude * w * std::cos(angle);
     s[2] = -w * w * s[0];
   } else if (one.kind == Kind::expression) {
-    one.expression.at(t, x0, s, of_zero);
+    one.expression.at(t, x0, s, even ? 0.5 : 1);
   } else if (one.kind == Kind::table) {
     const std::vector<double>&time = one.time, &shift = one.shift;
     auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
@@ -33,6 +34,7 @@ void Drive::follow(const Component& one, double t, const double* x0, double* s, 
     // from the left end only: exact there, so the last row is taken by itself
     s[0] = t >= time.back() ? shift.back() : t <= time.front() ? shift.front() : shift[k] + (t - time[k]) * slope;
     s[1] = t < time.front() - slack || t > time.back() + slack ? 0 : slope;
+    if (even && k > 0 && t == time[k]) s[1] = 0.5 * (slope + (shift[k] - shift[k - 1]) / (time[k] - time[k - 1]));
   }
 }
 
@@ -67,12 +69,12 @@ void Drive::at(double t, const double* x0, double* x, double* v, double* a) cons
   }
 }
 
-void Drive::displacement(double t, const double* x0, double* u, double of_zero) const {
+void Drive::displacement(double t, const double* x0, double* u) const {
   double start[3] = {0, 0, 0}, s[3];
   std::copy_n(x0, dim_, start);
   for (int c = 0; c < dim_; ++c) {
     if (component_[c].kind == Kind::free) continue;
-    follow(component_[c], t, start, s, of_zero);
+    follow(component_[c], t, start, s);
     u[c] = s[0];
   }
 }

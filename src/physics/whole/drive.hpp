@@ -1,5 +1,6 @@
 // Motion of a group of particles that is given, not computed.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -39,11 +40,12 @@ class Drive {
   /// Bit c: component c is where a program on the library says.
   std::uint8_t given() const { return given_; }
   /// The held components of position [m], velocity [m/s] and acceleration [m/s^2] at time t; the others are left alone. x0: `dim` numbers. At a
-  /// row of a table the slope to its right, beyond its ends at rest.
+  /// row of a table the slope to its right, or the mean of both (set_even_ends), beyond its ends at rest.
   void at(double t, const double* x0, double* x, double* v, double* a) const;
   /// The displacements alone, of what is given component by component, without what x0 rounds off them; the others are left alone.
-  /// `of_zero`: step(0) of expressions.
-  void displacement(double t, const double* x0, double* u, double of_zero = 1) const;
+  void displacement(double t, const double* x0, double* u) const;
+  /// From now on what jumps or bends at a time after t has the mean of both sides then, in place of the side to its right (Plan::even_ends).
+  void set_even_ends(double t) { even_after_ = t; }
   /// Why tables do not serve a run that ends at t, in words that follow "the table of ..."; empty: they do, but for rounding.
   std::string misses(double t) const;
   /// A time in (from, to] at which what starts at x0 jumps, or grows beyond all bounds; NaN: none is seen. Every step asks for its own.
@@ -65,11 +67,12 @@ class Drive {
   bool parse_rotation(const std::vector<double>& n, std::string* error);
   void note_held();
   void rotate(double t, const double* x0, double* x, double* v, double* a) const;
-  static void follow(const Component& one, double t, const double* x0, double* s, double of_zero = 1);
+  void follow(const Component& one, double t, const double* x0, double* s) const;
 
   std::string text_;
   int dim_ = 3;
   bool placed_ = true;
+  double even_after_ = INFINITY;  ///< time [s]
   std::uint8_t held_ = 0, moving_ = 0, given_ = 0;
   bool rotation_ = false;
   double omega_ = 0, center_[3] = {0, 0, 0}, axis_[3] = {0, 0, 1};

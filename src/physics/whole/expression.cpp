@@ -207,8 +207,8 @@ void Expression::run(double t, const double* x0, double of_zero, double* out) co
       for (int k = 0; k < 3; ++k) top[k] = -top[k];
       continue;
     }
-    if (one.code == FIRST_FUNCTION + STEP && top[0] == 0) {
-      top[0] = of_zero;
+    if (top[0] == 0 && (one.code == FIRST_FUNCTION + STEP || (one.code == FIRST_FUNCTION + ABS && of_zero != 1))) {
+      top[0] = one.code == FIRST_FUNCTION + STEP ? of_zero : 0;
       top[1] = top[2] = 0;
       continue;
     }

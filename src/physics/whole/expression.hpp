@@ -17,8 +17,8 @@ class Expression {
 
   /// False, and one line in `error` without the option's name, for a text that is no such function. `placed`: it may depend on x0, y0 and z0.
   bool parse(const std::string& text, bool placed, std::string* error);
-  /// out: u, u', u'' at time t of what starts at x0 (three numbers). A bend has the derivatives to its right, a jump none. `of_zero`: step(0), 1/2
-  /// for the mean of both sides.
+  /// out: u, u', u'' at time t of what starts at x0 (three numbers). A bend has the derivatives to its right, a jump none. `of_zero`: step(0);
+  /// 1/2 makes jumps, and bends of abs, the mean of both sides.
   void at(double t, const double* x0, double* out, double of_zero = 1) const;
   bool depends_on_place() const { return by_place_; }
   /// Whether something in it can jump or grow beyond all bounds at some time.

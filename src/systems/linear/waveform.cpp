@@ -197,7 +197,7 @@ std::string read_parameters(const Shape& shape, const std::vector<std::string>& 
 
 /// What single parameters cannot know.
 std::string check_together(Waveform::Kind kind, const std::vector<double>& p) {
-  if (kind == Waveform::Kind::pulse && !(p[6] >= p[2] + p[3] + p[4] && p[6] > 0))
+  if (kind == Waveform::Kind::pulse && !(snap(p[2] + p[3] + p[4], p[6]) <= p[6] && p[6] > 0))
     return std::isfinite(p[3]) ? "period is shorter than rise + width + fall: give a longer one" : "a period needs a width: give PW before PER";
   if (kind == Waveform::Kind::exponential && !(p[3] > 0 && p[5] > 0)) return "tau1 and tau2 must be positive";
   if (kind == Waveform::Kind::exponential && p[4] < p[2]) return "t2 lies before t1: give t2 >= t1";

@@ -3,7 +3,6 @@
 #include <cmath>
 #include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/rounding.hpp"
 #include "base/text.hpp"
 #include "input/adjust.hpp"
 #include "lattice/columns.hpp"
@@ -118,12 +117,15 @@ void NodalForces::set_static(double s, bool grow) {
   load_ = grow ? s : 1;
 }
 
+void NodalForces::set_even_ends(double t) {
+  for (Given& one : given_) one.drive.set_even_ends(t);
+}
+
 void NodalForces::add_varying(std::size_t k, double t, double* f) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
-  const double of_zero = snap(t, even_after_) > even_after_ ? 0.5 : 1;
   for (std::size_t e = first_[k]; e < first_[k + 1]; ++e) {
     double one[3] = {0, 0, 0};
-    given_[shares_[e].given].drive.displacement(grow_ ? t : 1, &net_->held[static_cast<std::size_t>(loaded_[k]) * d], one, of_zero);
+    given_[shares_[e].given].drive.displacement(grow_ ? t : 1, &net_->held[static_cast<std::size_t>(loaded_[k]) * d], one);
     for (std::size_t c = 0; c < d; ++c) f[c] += shares_[e].weight * one[c];
   }
 }

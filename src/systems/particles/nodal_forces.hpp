@@ -1,6 +1,5 @@
 // Forces that are given for each particle: /particles/force of a lattice and -bs_force_NAME.
 #pragma once
-#include <cmath>
 #include <string>
 #include <vector>
 #include "physics/whole/drive.hpp"
@@ -25,8 +24,8 @@ class NodalForces final : public Term {
   bool varies() const { return varies_; }
   /// From now on all are dead loads of an equilibrium; `grow`: with s.
   void set_static(double s, bool grow);
-  /// From now on forces that jump at a time after t have the mean of both sides then (Plan::even_ends).
-  void set_even_ends(double t) { even_after_ = t; }
+  /// Drive::set_even_ends, of those that vary.
+  void set_even_ends(double t);
   /// Whether some act that grow with s.
   bool grows() const { return active_ && grow_; }
 
@@ -78,7 +77,6 @@ class NodalForces final : public Term {
   std::int64_t rows_ = 0;              ///< particles on which the lattice's act, on all ranks
   bool active_ = false, varies_ = false, static_ = false, grow_ = true;
   double load_ = 1;
-  double even_after_ = INFINITY;  ///< time [s]
 };
 
 }  // namespace bs

@@ -201,7 +201,9 @@ PetscErrorCode ParticleModel::prepare(const Plan& plan) {
   PetscReal start;
   PetscFunctionBegin;
   PetscCall(read_start_time(&start));
-  if (plan.even_ends) forces_.set_even_ends(start);
+  if (!plan.even_ends) PetscFunctionReturn(0);
+  forces_.set_even_ends(start);
+  constraints_.set_even_ends(start);
   PetscFunctionReturn(0);
 }
 

@@ -99,16 +99,17 @@ PetscErrorCode backtrack(EnergyLine* s, double* lambda, PetscReal* fnorm, bool* 
   PetscFunctionReturn(0);
 }
 
-/// The full step, where it leaves so little of the residual that the energy need not be asked.
-PetscErrorCode try_full_step(EnergyLine* s, SNESLineSearch line, PetscReal* fnorm, bool* taken) {
-  PetscReal before = 0;
+/// The full step, where it leaves so little of the forces that the energy need not be asked.
+PetscErrorCode try_full_step(EnergyLine* s, Vec F, PetscReal* fnorm, bool* taken) {
+  double left = 0;
   PetscFunctionBegin;
   *taken = false;
   if (s->limits.damping != 1 || s->limits.full_step <= 0 || s->potential.limits_steps()) PetscFunctionReturn(0);
-  PetscCall(SNESLineSearchGetNorms(line, nullptr, &before, nullptr));
   PetscCall(s->evaluate(1, fnorm));
-  if (!PetscIsInfOrNanReal(*fnorm)) s->full = *fnorm;
-  *taken = s->full >= 0 && *fnorm <= s->limits.full_step * before;
+  if (PetscIsInfOrNanReal(*fnorm)) PetscFunctionReturn(0);
+  s->full = *fnorm;
+  PetscCall(s->forces_left(F, &left));
+  *taken = left <= s->limits.full_step;
   PetscFunctionReturn(0);
 }
 
@@ -164,7 +165,7 @@ PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const En
   PetscCall(SNESLineSearchPreCheck(line, s.start, s.Y, &changed));
   PetscCall(SNESGetIterationNumber(s.snes, &iteration));
   if (iteration == 0) newton.search.past = {};
-  PetscCall(try_full_step(&s, line, &fnorm, &found));
+  PetscCall(try_full_step(&s, F, &fnorm, &found));
   if (found) {
     newton.search.past.forget();
     PetscCall(s.accept(line, F, lambda, fnorm));

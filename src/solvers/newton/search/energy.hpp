@@ -22,7 +22,7 @@ std::string lacks_energy(const NewtonSettings& settings);
 /// Through stiff springs a good step may raise Phi, and the next one more than makes up for it; following their curve with
 /// Phi falling at every step costs five times the iterations. Directions that are not descent directions are searched by residual norms; the
 /// fifth of them makes a solve fail. A full step
-/// that reduces the residual to the fraction `full_step` is accepted without computing the energy.
+/// that reduces the forces |F_v| to the fraction `full_step` is accepted without computing the energy.
 PetscErrorCode energy_search(SNESLineSearch line, NewtonPolicy& newton, const EnergyLimits& limits);
 
 /// The line of one search: the states on F_x = 0 along Newton's direction, and what Phi's slope is there. Trials are W = X + lambda line on F_x = 0;
@@ -43,6 +43,8 @@ struct EnergyLine {
   PetscErrorCode set_up(Vec residual);
   /// Collective. The trial state and its residual; `fnorm` not finite: a law has no value there.
   PetscErrorCode evaluate(double lambda, PetscReal* fnorm);
+  /// Collective. |F_v| at the trial over that of the residual at the start.
+  PetscErrorCode forces_left(Vec residual, double* part) const;
   /// Collective. Phi(lambda) - Phi(0) - lambda slope.
   PetscErrorCode beyond_slope(double lambda, PotentialChange* change) const;
   /// Collective. Whether Phi's slope at the trial is well below that at the start.

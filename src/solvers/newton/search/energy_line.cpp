@@ -77,6 +77,23 @@ PetscErrorCode EnergyLine::evaluate(double lambda, PetscReal* fnorm) {
   PetscFunctionReturn(0);
 }
 
+// F_x does not count: one Newton step takes it away whatever it does to the forces, and in the units of slow or heavy systems it is the greater part
+// of |F|.
+PetscErrorCode EnergyLine::forces_left(Vec residual, double* part) const {
+  double sums[2] = {0, 0};
+  PetscFunctionBegin;
+  {
+    const ReadArray before(residual), after(G);
+    layout_of(G).for_each([&](PetscInt, PetscInt v) {
+      sums[0] += before[v] * before[v];
+      sums[1] += after[v] * after[v];
+    });
+  }
+  PetscCall(sum_over_ranks(newton.model().comm(), sums, 2));
+  *part = sums[1] > 0 ? std::sqrt(sums[1] / sums[0]) : 0;
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode EnergyLine::beyond_slope(double lambda, PotentialChange* change) const {
   PetscFunctionBegin;
   PetscCall(potential.beyond_slope(newton.stage.time, newton.stage.sigma, lambda, change));

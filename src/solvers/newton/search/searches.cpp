@@ -62,7 +62,7 @@ PetscErrorCode energy_options(SNESLineSearch line, OptionItems PetscOptionsObjec
                              "fraction of the slope by which the energy must decrease; forces without a potential are searched by residual norms", "",
                              limits->alpha, &limits->alpha, nullptr));
   PetscCall(PetscOptionsReal("-snes_linesearch_full_step_rtol",
-                             "a full step that reduces the residual to this fraction is accepted without computing the energy; 0: compute it always",
+                             "a full step that reduces the forces to this fraction is accepted without computing the energy; 0: compute it always",
                              "", limits->full_step, &limits->full_step, nullptr));
   PetscOptionsHeadEnd();
   PetscFunctionReturn(0);

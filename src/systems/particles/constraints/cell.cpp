@@ -212,6 +212,10 @@ void Cell::find_drag(double t, Error* fault) const {
                      t, drag_.c_str()));
 }
 
+void Cell::set_even_ends(double t) {
+  for (Component& one : components_) one.drive.set_even_ends(t);
+}
+
 void Cell::find_jumps(double from, double to, Error* fault) const {
   const double zero[3] = {0, 0, 0};
   if (at_rest_ || !(to > from)) return;

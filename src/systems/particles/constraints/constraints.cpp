@@ -221,6 +221,12 @@ void Constraints::set_loads(const Loads& loads) {
   box_.set_static(loads.at_rest, loads.box_at_full_load);
 }
 
+void Constraints::set_even_ends(double t) {
+  for (Moved& one : motions_) one.drive.set_even_ends(t);
+  anchors_.drive.set_even_ends(t);
+  box_.set_even_ends(t);
+}
+
 /// In what is held at rest there are no velocities, and a jump is a step of the load.
 void Constraints::find_jumps(double from, double to, const std::vector<std::size_t>& where, Error* fault) const {
   if (at_rest_ || !(to > from)) return;

@@ -58,6 +58,8 @@ class Constraints {
   /// Whether motions hold and move anything; whether anything is another at another time.
   bool drives() const;
   bool time_dependent() const { return drives() || anchors_.active() || box_.moving(); }
+  /// Drive::set_even_ends, of all that is driven.
+  void set_even_ends(double t);
   Cell& box() { return box_; }
   const Cell& box() const { return box_; }
   Motion& anchors() { return anchors_; }
