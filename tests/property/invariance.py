@@ -135,6 +135,46 @@ def rigid_motion(checks, folder):
     checks.below("a turned, moved and boosted lattice moves alike", np.abs(b.position - expected).max(), 1e-10)
 
 
+def thrown_net(path, seed, unit):
+    """A net of 24 particles that is thrown about, its times in a unit of so many seconds."""
+    rng = np.random.default_rng(seed)
+    x = np.array([(i + 0.5 * (j % 2), 0.866 * j) for j in range(4) for i in range(6)]) + rng.uniform(-0.05, 0.05, (24, 2))
+    i, j = np.triu_indices(24, 1)
+    near = (np.linalg.norm(x[i] - x[j], axis=1) < 1.25) & (rng.uniform(size=len(i)) < 0.8)
+    pairs = np.stack([i[near], j[near]], 1)
+    rest = np.linalg.norm(x[pairs[:, 0]] - x[pairs[:, 1]], axis=1) * rng.uniform(0.95, 1.05, len(pairs))
+    write_lattice(path, x, rng.uniform(0.2, 0.5, 24), velocity=rng.uniform(-3, 3, x.shape) / unit, fixed=[k < 6 for k in range(24)], pairs=pairs,
+                  stiffness=rng.uniform(20, 100, len(pairs)) / unit**2, rest_length=rest, spring_law="hooke")
+    return path
+
+
+def units(checks, folder):
+    """Large implicit steps take Newton's method the same way in any unit of time, and equilibria do not depend on the masses: no search may compare F_x, which has
+    masses and times in it, with forces."""
+    for kind, h in (("beuler", 0.3), ("cn", 0.2)):
+        for seed in range(6):
+            places = []
+            for unit in (1.0, 2.0**10, 2.0**-10):
+                net = thrown_net(pathlib.Path(folder) / "thrown.h5", seed, unit)
+                places.append(run(checks.program, {"bs_lattice_file": net, "bs_gravity": (0, -30 / unit**2), "ts_type": kind, "ts_dt": h * unit, "ts_max_time": 1.2 * unit,
+                                                   "ts_adapt_type": "none", "snes_rtol": 1e-10}, interval=1.2 * unit).trajectory.position[-1])
+            checks.below(f"{kind}, net {seed}, in other units of time", max(np.abs(other - places[0]).max() for other in places[1:]), 1e-6)
+    x = np.array([[0, 0], [1, 0], [2, 0], [0.5, 0.8], [1.5, 0.8], [1, 1.6]])
+    pairs = np.array([(0, 3), (1, 3), (1, 4), (2, 4), (3, 4), (3, 5), (4, 5)])
+    for seed in (35, 36, 37, 38):
+        rng = np.random.default_rng(seed)
+        places = x + rng.uniform(-0.15, 0.15, x.shape)
+        net = dict(pairs=pairs, stiffness=rng.uniform(20, 100, 7), rest_length=np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1), spring_law="hooke",
+                   fixed=[1, 1, 1, 0, 0, 0], columns={"critical_strain": rng.uniform(0.05, 0.3, 7)})
+        pull = np.random.default_rng(seed + 1000).uniform(-1.5, 1.5, 2)
+        energies = []
+        for mass in (1, 2.0**20):
+            path = write_lattice(pathlib.Path(folder) / "masses.h5", places, mass, **net)
+            energies.append(run(checks.program, {"bs_task": "statics", "bs_lattice_file": path, "bs_group_tip": "ids:5", "bs_load_steps": 2,
+                                                 "bs_motion_tip": f"x=velocity:{pull[0]},y=velocity:{pull[1]}"}, interval=0).trajectory.observables["elastic_energy"].ravel())
+        checks.near(f"equilibria of net {seed} with other masses", energies[1], energies[0], 1e-9)
+
+
 def main():
     checks = Checks(__doc__)
     with tempfile.TemporaryDirectory() as folder:
@@ -142,6 +182,7 @@ def main():
         momentum(checks, folder)
         frames(checks, folder)
         rigid_motion(checks, folder)
+        units(checks, folder)
     checks.finish()
 
 
