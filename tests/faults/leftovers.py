@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """What a run leaves behind and says at its end: the log of steps, old checkpoints, the name of a singular law.
 
   leftovers.py --program build/release/backspring

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """What is found outlives the motion, the process and the session that it was found by: copies and pickles."""
 import copy
 import gc

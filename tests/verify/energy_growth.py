@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Energy that grows without a drive is warned of, once; what swings, is driven or blown is not.
 
 Every other script of this folder fails, too, where one of its runs brings a warning that it does not expect (program.py).

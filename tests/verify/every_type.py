@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Every subtype of every time-stepping type that this PETSc names, once against its order: on a damped nonlinear lattice with
 masses other than 1 whose anchors are driven (on one at rest where the subtype is refused with driven ones), and on a
 descriptor system with a source that depends on time. What cannot be right is refused by name before the first step.

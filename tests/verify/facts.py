@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Closed forms: step matrices of an oscillator, frequencies of chains, equilibria, energy and momentum identities."""
 import math
 import pathlib

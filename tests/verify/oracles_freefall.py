@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """A sphere that falls through air: every method, every step, against the exact discrete solutions.
 
 The tabulated runs called be_seed, befd_seed and be_testafter stop Newton by a test of the residual before its last

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Linear systems G x + C x' = B u(t): the discrete formulas and closed forms by SciPy, then the reference results.
 
 The built-in part needs no file: formulas stepped by dense solves, the matrix exponential, an LC tank, counted

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Every particle case with reference results: states, energies, momenta, errors, orders, forces, Jacobian blocks."""
 import math
 import pathlib

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """XSpringies scenes: every file is read and accelerates as its equations say; every scene with a reference is run to
 its end time by an accurate method, and by backward Euler at halved steps."""
 import pathlib

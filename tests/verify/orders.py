@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Observed order of every time-stepping method on a damped nonlinear system with unequal masses, none equal to 1:
 springs with axial dampers, sphere drag, springs to points that oscillate as given. The reference is SciPy's DOP853."""
 import pathlib

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """Groups that are driven, held in part or fixed: places exact at every frame, orders of the methods against closed forms, Jacobians, rollers
 against SciPy, reactions against momentum and weight, work against energy, restarts."""
 import pathlib
