@@ -1,4 +1,4 @@
-"""What a run has that a format may have no place for: kept, told in one line, or refused by name (the table of README.md)."""
+"""What a run has that a format may have no place for: kept, dropped with a message, or refused by name (the table of README.md)."""
 import numpy as np
 
 from backspring_io import RunError
@@ -6,54 +6,54 @@ from run_data import TURN_LIMITS, TURNS, counted
 
 # Columns of TABLE. A dump and a data file are for LAMMPS; .h5md is the one in nanometres; .vtu stands for .vtp and .pvd, too.
 FORMATS = ("xyz", "dump", "gsd", "h5md", "vtu", "data")
-KEPT, TOLD, REFUSED = "kept", "told", "refused"
+KEPT, DROPPED, REFUSED = "kept", "dropped", "refused"
 
 
 def row(letters):
-    return {form: {"k": KEPT, "t": TOLD, "r": REFUSED}[letter] for form, letter in zip(FORMATS, letters)}
+    return {form: {"k": KEPT, "d": DROPPED, "r": REFUSED}[letter] for form, letter in zip(FORMATS, letters)}
 
 
 TABLE = {
-    "springs": row("ttktkk"),
-    "stiffness and rest lengths": row("ttttkk"),
-    "broken springs": row("tttttt"),
-    "springs that carry nothing": row("tttttt"),
-    "law strain": row("ttttkk"),
-    "law tension": row("ttttkr"),
-    "law polynomial": row("ttttkr"),
-    "law plastic": row("ttttkr"),
-    "law maxwell": row("ttttkr"),
-    "dampers": row("ttttkt"),
-    "limits of springs": row("ttttkt"),
-    "rules of breaking": row("tttttt"),
-    "angle springs": row("ttktkk"),
-    "stiffness and rest angles": row("ttttkk"),
-    "broken angle springs": row("tttttt"),
-    "limits of angle springs": row("ttttkt"),
-    "hinges": row("ttttkt"),
-    "broken hinges": row("tttttt"),
-    "limits of hinges": row("ttttkt"),
-    "anchors": row("ttttkt"),
-    "fixed particles": row("ktktkt"),
-    "ids": row("kktkkk"),
-    "drag and radii of particles": row("ttttkt"),
-    "forces on particles": row("ttttkt"),
-    "groups": row("ttttkt"),
-    "motion of groups": row("tttttt"),
-    "motion of anchors": row("tttttt"),
-    "strain of the box": row("tttttt"),
-    "forces on groups": row("tttttt"),
-    "gravity": row("tttttt"),
-    "drag": row("tttttt"),
-    "other forces": row("tttttt"),
-    "units": row("tttktk"),
+    "springs": row("ddkdkk"),
+    "stiffness and rest lengths": row("ddddkk"),
+    "broken springs": row("dddddd"),
+    "springs that carry nothing": row("dddddd"),
+    "law strain": row("ddddkk"),
+    "law tension": row("ddddkr"),
+    "law polynomial": row("ddddkr"),
+    "law plastic": row("ddddkr"),
+    "law maxwell": row("ddddkr"),
+    "dampers": row("ddddkd"),
+    "limits of springs": row("ddddkd"),
+    "rules of breaking": row("dddddd"),
+    "angle springs": row("ddkdkk"),
+    "stiffness and rest angles": row("ddddkk"),
+    "broken angle springs": row("dddddd"),
+    "limits of angle springs": row("ddddkd"),
+    "hinges": row("ddddkd"),
+    "broken hinges": row("dddddd"),
+    "limits of hinges": row("ddddkd"),
+    "anchors": row("ddddkd"),
+    "fixed particles": row("kdkdkd"),
+    "ids": row("kkdkkk"),
+    "drag and radii of particles": row("ddddkd"),
+    "forces on particles": row("ddddkd"),
+    "groups": row("ddddkd"),
+    "motion of groups": row("dddddd"),
+    "motion of anchors": row("dddddd"),
+    "strain of the box": row("dddddd"),
+    "forces on groups": row("dddddd"),
+    "gravity": row("dddddd"),
+    "drag": row("dddddd"),
+    "other forces": row("dddddd"),
+    "units": row("dddkdk"),
 }
 # What is read: columns of READ; "" where a format has no such thing. .vtu stands for .vtp, too.
 READ_FORMATS = ("vtu", "vtk", "xdmf", "obj", "ply", "stl", "off", "msh", "data", "pdb")
 
 
 def read_row(letters):
-    return {form: {"k": KEPT, "t": TOLD, "r": REFUSED, "-": ""}[letter] for form, letter in zip(READ_FORMATS, letters)}
+    return {form: {"k": KEPT, "d": DROPPED, "r": REFUSED, "-": ""}[letter] for form, letter in zip(READ_FORMATS, letters)}
 
 
 READ = {
@@ -65,7 +65,7 @@ READ = {
     "solid elements": read_row("kkk----k--"),
     "elements of second order": read_row("kkk----k--"),
     "elements of third order": read_row("rrr----r--"),
-    "points without elements": read_row("ttttt-tt--"),
+    "points without elements": read_row("ddddd-dd--"),
     "mass, stiffness, rest lengths": read_row("kkk-----k-"),
     "velocities": read_row("kkk-----k-"),
     "ids": read_row("kkk-----kk"),
@@ -75,14 +75,14 @@ READ = {
     "hinges": read_row("k---------"),
     "anchors and groups of particles": read_row("k---------"),
     "periodic box": read_row("k-------k-"),
-    "further data, normals, colours": read_row("ttttt--t--"),
-    "names of groups": read_row("---t---k--"),
-    "molecules cut by the box": read_row("--------t-"),
+    "further data, normals, colours": read_row("ddddd--d--"),
+    "names of groups": read_row("---d---k--"),
+    "molecules cut by the box": read_row("--------d-"),
     "bonds that are not harmonic": read_row("--------r-"),
-    "angles that are not harmonic": read_row("--------t-"),
-    "dihedrals, pair forces, charges": read_row("--------t-"),
-    "alternative places, other models": read_row("---------t"),
-    "other atoms than C-alpha": read_row("---------t"),
+    "angles that are not harmonic": read_row("--------d-"),
+    "dihedrals, pair forces, charges": read_row("--------d-"),
+    "alternative places, other models": read_row("---------d"),
+    "other atoms than C-alpha": read_row("---------d"),
     "numbers that are not finite": read_row("rrrrrrrrrr"),
 }
 NAMES_OF_ONE = {"springs that carry nothing": "spring that carries nothing", "limits of springs": "limit of a spring", "limits of angle springs": "limit of an angle spring",
@@ -195,9 +195,9 @@ def check(run, rows, form, output, whole=True):
     refused = [found[name] for name, word in verdict.items() if word == REFUSED]
     if refused:
         raise RunError(f"{run.path}: {', '.join(refused)}: a file {output} has no such thing and would mean other forces; convert to .vtu, which keeps them")
-    told = [found[name] for name, word in verdict.items() if word == TOLD]
+    dropped = [found[name] for name, word in verdict.items() if word == DROPPED]
     for owner, parts in INSIDE.items():  # what belongs to springs goes with them
-        if verdict.get(owner) == TOLD:
-            told = [found[n] for n, word in verdict.items() if word == TOLD and n not in parts]
+        if verdict.get(owner) == DROPPED:
+            dropped = [found[n] for n, word in verdict.items() if word == DROPPED and n not in parts]
             verdict = {n: word for n, word in verdict.items() if n not in parts}
-    return f"{output}: left out: {', '.join(told)}" if told else ""
+    return f"{output}: left out: {', '.join(dropped)}" if dropped else ""

@@ -550,8 +550,8 @@ def by_table(checks, label, ending, found, refusal, said):
     if refusal:
         return
     verdict = {feature: features.TABLE[feature][form] for feature in found}
-    owner = {part: whole for whole, parts in features.INSIDE.items() for part in parts if verdict.get(whole) == features.TOLD}
-    wrong = [feature for feature, word in verdict.items() if word == features.REFUSED or (word == features.TOLD) != (found[owner.get(feature, feature)] in said)
+    owner = {part: whole for whole, parts in features.INSIDE.items() for part in parts if verdict.get(whole) == features.DROPPED}
+    wrong = [feature for feature, word in verdict.items() if word == features.REFUSED or (word == features.DROPPED) != (found[owner.get(feature, feature)] in said)
              and feature not in ("springs", "angle springs")]
     checks.true(f"{label}: what the table says of all that is there", not wrong, f"{wrong}: {said.strip()}")
 

@@ -147,7 +147,7 @@ class Walk(Case):
                     self.lattice(path, *args)
             return
         found = self.lattice(path, *args)
-        if word == features.TOLD:
+        if word == features.DROPPED:
             self.assertIn(SAID[feature], found["said"])
         else:
             self.assertNotIn("left out: ", found["said"])
