@@ -102,7 +102,7 @@ def main():
             with tempfile.TemporaryDirectory() as folder, checks.group(name):
                 scratch(pathlib.Path(folder), checks.program)
                 printed = run_document(checks, name, folder)
-                inside = pathlib.Path(folder) / {"options/tutorial/README.md": "tutorial", "options/tutorial/structures.md": "structures"}.get(name, ".")
+                inside = pathlib.Path(folder) / {"README.md": "out", "options/tutorial/README.md": "tutorial", "options/tutorial/structures.md": "structures"}.get(name, ".")
                 figures.check(checks, name, (REPO / name).read_text(), inside, printed)
                 pictures(checks, name, inside)
                 if name == "options/tutorial/README.md":
