@@ -1,4 +1,22 @@
 // What a particle law sees: one particle at one moment. What the laws' readers of options share. No PETSc.
+//
+// A law is a struct, named in ParticleLaws (registry.hpp). It must have
+//   static constexpr const char* title         the name in messages and in the summary of options
+//   static constexpr Potential potential       what the force derives from
+//   template <class V> void options(V& o)      reads the options of the law
+//   bool active() const                        whether the options ask for the force; an inactive law is never evaluated
+//   std::string describe() const               one line with the values in use, for the header of a run
+// and, as templates over the dimension d of the particle p (a Point<d>),
+//   double energy(p)                           potential energy [J]; 0 without a potential
+//   bool force(p, f)                           adds the force to f[d]; false where it is singular
+//   void dfdx(p, K), dfdv(p, D)                add the derivatives by position and velocity to d x d matrices, row by row
+// Optional members, each found by its name:
+//   double dissipation_beyond_slope(p, dv)     with Potential::of_velocity required: R(v + dv) - R(v) - R'(v).dv
+//   double load                                set by statics to the load factor; a law without it acts in full from the start
+//   static constexpr bool varies_in_time       true where the force depends on p.t
+//   double fluid[3]                            velocity of the fluid, for the energy that a drag supplies
+//   static constexpr std::size_t column        the column of the particles that the law reads by p.column(column)
+//   bool given                                 set where the lattice has that column: the law then acts without an option
 #pragma once
 #include <string>
 #include "base/text.hpp"
@@ -19,7 +37,8 @@ struct Point {
   double column(std::size_t k) const noexcept { return own[k]; }
 };
 
-/// What a law's force derives from: nothing; E(x) that is linear in x; E(x); or a dissipation potential R(v), f = -dR/dv.
+/// What a law's force derives from: nothing; a potential energy E(x) that is linear in x; any other E(x); or a dissipation potential R(v) with
+/// f = -dR/dv. A law with `none` is taken for a drag (is_drag in registry.hpp), and the line search cannot use energies while it acts.
 enum class Potential { none, linear, of_position, of_velocity };
 
 /// The type Range of base/options.hpp, taken from V::real so that a law's header need not include PETSc.

@@ -29,7 +29,7 @@ struct Several {
 using ParticleLaws =
     std::tuple<UniformGravity, Several<CentralGravity>, StokesDrag, MassDrag, ParticleDrag, SphereDrag, ShapeDrag, XspAttraction, XspWalls>;
 
-/// Whether a law acts wherever a lattice has its `column`; the law is told by its `given`.
+/// Whether a law acts wherever a lattice has its `column`: it has a member `given`, which is set then.
 template <class Law, class = void>
 struct acts_by_column : std::false_type {};
 template <class Law>
@@ -41,11 +41,11 @@ struct varies_in_time : std::false_type {};
 template <class Law>
 struct varies_in_time<Law, std::void_t<decltype(Law::varies_in_time)>> : std::bool_constant<Law::varies_in_time> {};
 
-/// Whether a law's force depends on the velocity: it is the drag of a fluid, whose own velocity is the same everywhere.
+/// Whether a law is the drag of a fluid, whose own velocity is the same everywhere. A law without any potential is taken for one.
 template <class Law>
 inline constexpr bool is_drag = Law::potential == Potential::of_velocity || Law::potential == Potential::none;
 
-/// Whether a law's force grows with the load factor of static analyses: it has the factor, `load`.
+/// Whether a law's force grows with the load factor of static analyses: it has a member `load`, to which that is written.
 template <class Law, class = void>
 struct has_load : std::false_type {};
 template <class Law>
