@@ -89,7 +89,7 @@ namespace {
 
 constexpr long long max_text_bytes = 1000000000;
 
-/// Reads what rank 0 is to share; what went wrong goes to `fault`.
+/// On rank 0: reads the file that all ranks are to get; an error goes to `fault`.
 void read_here(MPI_Comm comm, const std::string& path, std::string* text, Error* fault) {
   const FileStatus look = examine_file(comm, path);
   if (!look.error.empty()) return fault->note(0, look.error);

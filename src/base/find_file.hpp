@@ -8,10 +8,10 @@
 
 namespace bs {
 
-/// Local. Whether it is there and no folder.
+/// Local. Whether a file of this name exists and is not a folder.
 bool is_file(const std::string& name);
 
-/// The folder that a file lies in by its name, "." where that names none.
+/// The folder part of a file's path; "." where the path has none.
 std::string folder_of(const std::string& file);
 
 /// Folders that hold the program's own options/ and meshes/, in the order in which they are searched: PREFIX/share/
@@ -21,9 +21,10 @@ std::vector<std::string> shared_folders();
 /// Local. The folders of the option files given, where find_input looks first.
 void set_option_folders(MPI_Comm comm, const std::vector<std::string>& folders);
 
-/// Collective. To be called for every file that is read because `option` names it. Replaces `name` of an input file that is no file by the first that
-/// is one: beside an option file given, in a shared folder, in meshes/ of one; otherwise `name` stays as it is. Remembers it. Ends the run with exit
-/// code 2 where a checkpoint brought the option and the file lies elsewhere (base/option_names.hpp).
+/// Collective. To be called for every file that is read because `option` names it. Where there is no file `name`, replaces it by the first file of
+/// that name beside the option files given, in a shared folder or in its meshes/; where there is none, leaves `name` as it is. Keeps the name for
+/// input_files(). Ends the run with exit code 2 where the option comes from a checkpoint and the file lies outside the folders that a checkpoint may
+/// name (base/option_names.hpp).
 PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string* name);
 
 /// Local. The inputs found so far: option and path, in order; an option can name several.
@@ -32,7 +33,7 @@ const std::vector<std::pair<std::string, std::string>>& input_files(MPI_Comm com
 /// Where find_input looks for `name`, in words.
 std::string input_places(MPI_Comm comm, const std::string& name);
 
-/// What a look at a path on this rank found.
+/// What examine_file found on this rank.
 struct FileStatus {
   std::string error;    ///< one line, empty if it is a readable file
   long long bytes = 0;  ///< its size

@@ -26,7 +26,7 @@ std::string first_line(PetscErrorCode code, const char* message) {
   return std::string(message, std::strcspn(message, "\n"));
 }
 
-/// "option NAME: VALUE", of the last option whose value `is` the one that PETSc means; empty where none is.
+/// "option NAME: VALUE" of the last option whose value satisfies `is` (is the one that PETSc complains of); empty where none does.
 template <class Is>
 std::string option_with(Is&& is) {
   std::vector<std::pair<std::string, std::string>> options;
@@ -37,7 +37,7 @@ std::string option_with(Is&& is) {
   return found;
 }
 
-/// PETSc 3.25 refuses numbers out of bounds by itself, as it prints them; empty where no option has that number.
+/// PETSc 3.25 itself refuses numbers out of bounds, and its message holds the number but not the option: finds the option; empty where none has it.
 std::string out_of_bounds(const std::string& text) {
   const char begin[] = "Newly set value ";
   const std::size_t from = sizeof begin - 1, to = std::min(text.find(" less than"), text.find(" greater than"));
@@ -76,7 +76,7 @@ std::string explained(const std::string& text, const char* function) {
   return found.empty() ? as_it_is : found + " is not a " + (whole ? "whole " : "") + "number: -help explains the option";
 }
 
-/// Whether PETSc could not open a file to write, which is a failure of output in whatever phase.
+/// Whether PETSc could not open a file for writing: a failure of output, whatever the program is doing.
 bool is_of_output(PetscErrorCode code, const std::string& text) {
   if (code == PETSC_ERR_FILE_WRITE) return true;
   if (code != PETSC_ERR_FILE_OPEN) return false;
@@ -99,7 +99,7 @@ std::string of_memory(const char* message) {
   return "no memory left" + asked + ": raise the memory limit, use more ranks, or a smaller system";
 }
 
-/// Memory that MUMPS did not get, which it names by a number; empty where the text tells of something else.
+/// A message about memory that MUMPS could not get, recognised by its INFOG(1); empty where the text is about something else.
 std::string of_mumps_memory(const std::string& text) {
   const std::size_t at = text.find("INFOG(1)=");
   if (text.find("MUMPS") == std::string::npos || at == std::string::npos) return {};
@@ -125,7 +125,7 @@ PetscErrorCode PetscErrors::handle(MPI_Comm, int, const char* function, const ch
                                    void* context) {
   auto* self = static_cast<PetscErrors*>(context);
   const MPI_Comm comm = self->comm_;
-  // what follows from an error that is held already, or comes of finding words for one, is not news
+  // only the first error is reported: not those that follow from it, nor those raised while its message is made
   if (code == ERR_FAILED || type != PETSC_ERROR_INITIAL || self->busy_ || last_error(comm)) return code;
   self->busy_ = true;
   (void)fail_here(comm, is_of_output(code, first_line(code, message)) ? Exit::io : present_phase(comm), in_users_words(code, function, message));

@@ -26,8 +26,9 @@ void keep_rows(const std::vector<std::uint8_t>& keep, int width, std::vector<T>*
   values->shrink_to_fit();
 }
 
-/// The number below which `wanted` of all ranks' numbers lie, or somewhat fewer where several are equal to it; `below`: how many do. Numbers are
-/// multiples of 2^-53, so that 53 halvings of [0, 1) find it; of this rank's numbers those that are still in doubt are looked at.
+/// Finds the threshold below which `wanted` of the numbers of all ranks lie (fewer where several numbers equal the threshold); `below` counts those
+/// that do. Numbers are multiples of 2^-53, so that 53 bisections of [0, 1) find it; each looks only at those of this rank's numbers that are still
+/// undecided.
 PetscErrorCode find_threshold(MPI_Comm comm, std::vector<double> drawn, std::int64_t wanted, double* value, std::int64_t* below) {
   double low = 0, high = 1;
   std::size_t first = 0, last = drawn.size();
@@ -53,7 +54,7 @@ PetscErrorCode find_threshold(MPI_Comm comm, std::vector<double> drawn, std::int
   PetscFunctionReturn(0);
 }
 
-/// keep[k]: whether spring k of this rank stays, of which drawn[k] is the number.
+/// Sets keep[k] to whether spring k of this rank stays, given the random number drawn[k] that was drawn for it.
 PetscErrorCode choose_springs(MPI_Comm comm, const GeneratorSpec& spec, const Rows& springs, const std::vector<double>& drawn,
                               std::vector<std::uint8_t>* keep) {
   double threshold = spec.remove_fraction;
@@ -63,7 +64,7 @@ PetscErrorCode choose_springs(MPI_Comm comm, const GeneratorSpec& spec, const Ro
   if (!spec.remove_each) {
     const std::int64_t wanted = std::llround(spec.remove_fraction * static_cast<double>(springs.total));
     PetscCall(find_threshold(comm, drawn, wanted, &threshold, &below));
-    Rows same;  // springs whose number is the threshold: the first of them go
+    Rows same;  // springs whose number equals the threshold: as many of them as are still wanted are removed, the first ones
     same.count = std::count(drawn.begin(), drawn.end(), threshold);
     PetscCall(number_rows(comm, &same));
     equal = wanted - below - same.first;
@@ -72,10 +73,11 @@ PetscErrorCode choose_springs(MPI_Comm comm, const GeneratorSpec& spec, const Ro
   PetscFunctionReturn(0);
 }
 
-/// A spring by what it joins: from its lower end to the upper one, and the box that this is in.
+/// A spring named by what it joins: its lower row, its higher row, and the periodic image (three shifts) that the higher one is in.
 using Leg = std::array<std::int64_t, 5>;
 
-/// The spring from row a to row b, `box` further on: to the higher row, and among images of one particle by the way there.
+/// The spring from row a to row b in the image `box`, turned so that it leads to the higher row (between images of one particle: to the greater
+/// shift).
 Leg leg_between(std::int64_t a, std::int64_t b, std::array<std::int64_t, 3> box) {
   const bool up = a != b ? a < b : box > std::array<std::int64_t, 3>{};
   if (!up) {
@@ -87,7 +89,7 @@ Leg leg_between(std::int64_t a, std::int64_t b, std::array<std::int64_t, 3> box)
 
 struct LegQuestion {
   Leg leg;
-  std::int64_t angle;  ///< of the rank that asks
+  std::int64_t angle;  ///< index of the angle spring on the rank that asks
   int asker;
 };
 
@@ -129,7 +131,7 @@ PetscErrorCode keep_angles_along_springs(MPI_Comm comm, Lattice* l) {
   std::sort(there.begin(), there.end());
   const int rank = rank_of(comm);
   for (std::size_t e = 0; e + 1 < angles.ends.size(); ++e) {
-    if (e % 3 == 2) continue;  // no leg from the last end on
+    if (e % 3 == 2) continue;  // an angle of three ends has two legs: none begins at the third end
     std::array<std::int64_t, 3> box = box_of(angles.shift, e + 1), from = box_of(angles.shift, e);
     for (std::size_t k = 0; k < 3; ++k) box[k] -= from[k];
     asked.push_back({leg_between(angles.ends[e], angles.ends[e + 1], box), static_cast<std::int64_t>(e / 3), rank});

@@ -7,8 +7,8 @@ namespace bs {
 
 namespace {
 
-/// Where to divide members[begin, end), so that about `share` of them come first: at one of the larger gaps near by, so that no layer
-/// of a system is cut; `begin` where all are in one place.
+/// Where to divide members[begin, end), so that about `share` of them come first: at one of the larger gaps between neighbouring coordinates, so that
+/// no layer of a lattice is cut; `begin` where all members have the same coordinate.
 std::size_t division(std::vector<PetscInt>& members, std::size_t begin, std::size_t end, double share, const double* axis, int d) {
   constexpr double SLACK = 0.12;
   const auto before = [axis, d](PetscInt a, PetscInt b) { return axis[a * d] != axis[b * d] ? axis[a * d] < axis[b * d] : a < b; };
@@ -42,7 +42,7 @@ void RigidGroups::create(const PairMatrix& S, PetscInt size, int steps) {
   blend(S, steps);
 }
 
-/// Halves the free points until the parts are small enough.
+/// Halves the set of free points until the parts are small enough.
 void RigidGroups::part(const PairMatrix& S, PetscInt size) {
   struct Range {
     std::size_t begin, end;
@@ -86,7 +86,7 @@ void RigidGroups::part(const PairMatrix& S, PetscInt size) {
   }
 }
 
-/// Groups become what pairs connect of them; those of fewer than `least` go to the group most of their pairs lead to.
+/// Splits each group into its connected components (by pairs); a component of fewer than `least` points joins the one that most of its pairs lead to.
 void RigidGroups::connect(const PairMatrix& S, PetscInt least) {
   const PairPattern& pattern = S.pattern();
   const PetscInt n = pattern.n;
@@ -94,8 +94,8 @@ void RigidGroups::connect(const PairMatrix& S, PetscInt least) {
   pattern.for_near([&](PetscInt i, PetscInt j) {
     if (of_[i] == of_[j]) sets.join(i, j);
   });
-  // small ones: the neighbour with most pairs in common, the first one of equals
-  std::vector<std::pair<PetscInt, PetscInt>> outward;  // (small set, neighbour), once a pair
+  // a small component joins the neighbour with which it shares most pairs, the first of equal ones
+  std::vector<std::pair<PetscInt, PetscInt>> outward;  // (small component, neighbour), one entry for each pair
   pattern.for_near([&](PetscInt i, PetscInt j) {
     if (sets.top(i) == sets.top(j)) return;
     if (sets.size(i) < least) outward.emplace_back(sets.top(i), sets.top(j));
@@ -130,7 +130,7 @@ void RigidGroups::connect(const PairMatrix& S, PetscInt least) {
 
 namespace {
 
-/// A few (group, share), the sum of several rows.
+/// A sparse row of (group, share) entries, to which several such rows are added up.
 struct Row {
   std::int32_t group[64];
   float share[64];
@@ -147,7 +147,7 @@ struct Row {
       share[at] += shares[k];
     }
   }
-  /// The largest few, none below a fiftieth, scaled to sum to 1.
+  /// Keeps the largest few shares, none below 1/50, and scales them to sum to 1.
   void trim() {
     for (int a = 1; a < count; ++a)
       for (int b = a; b > 0 && (share[b] > share[b - 1] || (share[b] == share[b - 1] && group[b] < group[b - 1])); --b) {

@@ -16,36 +16,36 @@
 namespace bs {
 
 struct Session::Impl {
-  MPI_Comm comm = MPI_COMM_NULL;  ///< a duplicate of the caller's, with errors and all else that is remembered
-  bool borrowed = false;          ///< it is the caller's own, and so are the options
+  MPI_Comm comm = MPI_COMM_NULL;  ///< a duplicate of the caller's; errors, warnings and found files are attached to it
+  bool borrowed = false;          ///< comm and the table of options are the caller's own, not duplicates
   Settings settings;
-  std::unique_ptr<Lattice> given;  ///< the whole; null: the settings name one
+  std::unique_ptr<Lattice> given;  ///< the whole lattice as the caller gave it; null: the settings name a file or a generator
   OptionTable options;
   std::vector<std::string> warnings;
   std::function<void(const StepRecord&)> step_observer;
   std::function<void(double)> frame_observer;
   Rows particles;
-  int dim = 0;  ///< of the model made last
+  int dim = 0;  ///< dimensions of the model made last
 
-  std::unique_ptr<Model> model;                   ///< that is stepped
+  std::unique_ptr<Model> model;                   ///< the model that is stepped
   std::uint64_t made_of = 0;                      ///< the model's fingerprint when it was made
-  NumberTable original, changed;                  ///< numbers that it was given since, as they were then and as they are
-  double end_of_settings = 0;                     ///< of the run [s]; NaN: they name none
-  std::set<std::int64_t> removed;                 ///< springs
-  std::int64_t saved = 0;                         ///< states so far
-  std::unique_ptr<OutputLocks> locks;             ///< of the files that are written
-  std::unique_ptr<Run> run;                       ///< null: nothing was stepped
-  double start = 0;                               ///< before that [s]
-  std::shared_ptr<const Checkpoint> resumed;      ///< what the next run goes on from, with given_state; null: a method begins there
-  std::int64_t earlier_steps = 0;                 ///< of the runs before this one
-  VecHandle given_state;                          ///< what the next run begins with; null: with the model's start
-  std::unique_ptr<OptionTable> analysis_options;  ///< of the last analysis, in force while it, or follow(), computes
-  std::unique_ptr<StaticSolver> statics;          ///< the last analysis, if it was of equilibria; null: it was not
+  NumberTable original, changed;                  ///< of numbers that were changed since the model was made: the values then and now
+  double end_of_settings = 0;                     ///< end of the run by the settings [s]; NaN: they name none
+  std::set<std::int64_t> removed;                 ///< rows of the springs that were removed
+  std::int64_t saved = 0;                         ///< how many states were saved so far
+  std::unique_ptr<OutputLocks> locks;             ///< locks of the files that are written
+  std::unique_ptr<Run> run;                       ///< the present run; null: no step was taken yet
+  double start = 0;                               ///< time at which the next run begins, as long as there is none [s]
+  std::shared_ptr<const Checkpoint> resumed;      ///< the method's history that the next run continues, with given_state; null: it begins anew
+  std::int64_t earlier_steps = 0;                 ///< steps of the runs before this one
+  VecHandle given_state;                          ///< state that the next run begins with; null: the initial state of the model
+  std::unique_ptr<OptionTable> analysis_options;  ///< options of the last analysis, in force while it or follow() computes
+  std::unique_ptr<StaticSolver> statics;          ///< the last analysis if it looked for equilibria, else null
   bool loading = false;                           ///< `statics` is taking load steps
-  bool current = false;                           ///< the equilibrium is of the numbers of now
+  bool current = false;                           ///< the last equilibrium was found with the present numbers of the springs
   bool stop_at_frame = false, finished = false, paused = false;
-  bool failed = false;  ///< the last step of the run
-  bool viewed = false;  ///< somebody looks at the vector of the state
+  bool failed = false;  ///< the last step of the run failed
+  bool viewed = false;  ///< a View of the state's vector was given out
 
   PetscErrorCode perform(int* exit_code);
   PetscErrorCode take_up_settings();

@@ -12,15 +12,15 @@ using StabilityPolynomial = std::vector<double>;
 
 std::complex<double> value(const StabilityPolynomial& R, std::complex<double> z);
 
-/// Whether lambda lies on the imaginary axis but for rounding: an oscillation without damping.
+/// Whether lambda lies on the imaginary axis, to rounding: an oscillation without damping.
 bool undamped(std::complex<double> lambda);
 
-/// The largest h up to which |R(h lambda)| <= 1; 0: no step is stable, infinity: none was found that is not (lambda = 0). Not of growth, Re lambda >
-/// 0.
+/// The largest h with |R(h' lambda)| <= 1 for all 0 < h' <= h; 0 where no step is stable, infinity where no unstable step was found (lambda = 0). For
+/// Re lambda <= 0 only: solutions that grow have no such limit.
 double largest_step(const StabilityPolynomial& R, std::complex<double> lambda);
 
-/// Collective. Eigenvalues of A, given by its product, by Arnoldi's method from a start that does not depend on the ranks: all of small systems (100
-/// unknowns), of others the outer ones that it has found to 5 %. `like` has A's layout.
+/// Collective. Eigenvalues of A, given by its product with a vector, by Arnoldi's method from a start that does not depend on the number of ranks:
+/// all eigenvalues of systems of up to 100 unknowns, of larger ones the outer eigenvalues that are accurate to 5 %. `like` has A's layout.
 PetscErrorCode outer_eigenvalues(Vec like, const std::function<PetscErrorCode(Vec, Vec)>& product, std::vector<std::complex<double>>* out);
 
 }  // namespace bs
