@@ -15,12 +15,12 @@ namespace bs {
 /// The version of the layout this program writes; it reads this and older ones.
 constexpr std::int64_t CHECKPOINT_VERSION = 2;
 
-/// An attribute of /system, where forces are computed outside: they are in no file.
+/// Attribute of /system that marks runs with forces from a callback, which no file can hold.
 constexpr const char* FORCED_OUTSIDE = "forces_outside";
-/// Whether they are.
+/// Whether the model has such forces.
 bool forced_outside(Model& model);
 
-/// A state to be written: its group and the vector in the solver's order (borrowed).
+/// A state to be written: its group in the file and its vector in the solver's order (not owned).
 struct NamedState {
   std::string group;  ///< "/state", "/history/0", ...
   Vec vec;
@@ -33,34 +33,34 @@ std::string previous_checkpoint(const std::string& file);
 /// renames: a complete checkpoint exists at every moment. A failure ends the run with exit code 4 and keeps the old file.
 PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Facts& run, const std::vector<NamedState>& states);
 
-/// What a run goes on from: its stepping's facts, its state and those that its method remembers.
+/// What a run continues from: counts and times of the stepping, the state, and the earlier states that the method remembers.
 class Checkpoint {
  public:
   virtual ~Checkpoint() = default;
   const Facts& run() const { return run_; }
-  /// For messages.
+  /// Name for messages.
   const std::string& name() const { return name_; }
   virtual bool has(const std::string& group) const = 0;
-  /// Collective. The state of `group` into y, in the solver's order. Ends the run with exit code 2 if it is damaged.
+  /// Collective. Reads the state of `group` into y, in the solver's order. Ends the run with exit code 2 if it is damaged.
   PetscErrorCode read(Model& model, const std::string& group, Vec y) const;
-  /// Collective. What the model carries from step to step. Ends the run with exit code 2 if it is damaged.
+  /// Collective. Reads what the model carries from step to step, beside its state. Ends the run with exit code 2 if it is damaged.
   virtual PetscErrorCode read_memory(Model& model) const = 0;
 
  protected:
-  /// Collective. The numbers of `group` into the vectors of `parts`, by their names.
+  /// Collective. Reads the numbers of `group` into the vectors of `parts`, by their names.
   virtual PetscErrorCode read_parts(MPI_Comm comm, const std::string& group, const std::vector<StatePart>& parts) const = 0;
   std::string name_;
   Facts run_;
 };
 
-/// A checkpoint that is read.
+/// A checkpoint in a file.
 class CheckpointFile : public Checkpoint {
  public:
   /// Collective. Ends the run with exit code 2 if the file is missing, damaged, not a checkpoint, or of a newer version.
   PetscErrorCode open(MPI_Comm comm, const std::string& file);
   /// Collective. Ends the run with exit code 2 if it was written for another model, dimension, number of rows, or lattice.
   PetscErrorCode require_same(Model& model) const;
-  /// Options in force when it was written, without dashes.
+  /// Names, without dashes, and values of the options in force when it was written.
   const std::vector<std::pair<std::string, std::string>>& options() const { return options_; }
   bool has(const std::string& group) const override { return file_.has(group); }
   PetscErrorCode read_memory(Model& model) const override;
@@ -74,36 +74,37 @@ class CheckpointFile : public Checkpoint {
   std::vector<std::pair<std::string, std::string>> options_;
 };
 
-/// Whether the option, without its dash, concerns one run alone: a run that continues it neither takes it over nor warns that it differs.
+/// Whether the option (named without its dash) concerns a single run: a run that continues another neither takes it over nor warns that it differs.
 bool of_this_run_only(const std::string& option);
 
-/// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence, and notes that they were recalled. Left
-/// out (base/option_names.hpp): PETSc's that write files or load libraries, and a trajectory or checkpoint that does not lie beside it.
+/// Collective. Adds the options of the checkpoint named by -bs_restart to those given, which take precedence, and notes that they were recalled.
+/// Options of PETSc's that write files or load libraries are left out, and so is a trajectory or checkpoint that does not lie beside it
+/// (base/option_names.hpp).
 PetscErrorCode recall_options(MPI_Comm comm);
 
 /// Collective. Adds to `inputs` a fingerprint of the contents of every table and text that an option names.
 PetscErrorCode fingerprint_inputs(MPI_Comm comm, Facts* inputs);
 
-/// Collective. `now`: from fingerprint_inputs(). Exit code 2 if the contents of an input whose name was recalled have changed since `file`
-/// was written; only a warning if its name was given again.
+/// Collective. `now` is from fingerprint_inputs(). Ends the run with exit code 2 if an input whose name was recalled has changed since `file` was
+/// written; only warns if its name was given again.
 PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, const Facts& now);
 
-/// An option in force, without its dash, that is not what it was when a checkpoint was written, and what it was, in words.
+/// An option in force, without its dash, whose value differs from that when a checkpoint was written; `was`: the value then, or NOT_GIVEN.
 inline constexpr const char* NOT_GIVEN = "not given";
 struct ChangedOption {
   std::string name, value, was;
 };
 PetscErrorCode changed_options(const CheckpointFile& file, std::vector<ChangedOption>* found);
 
-/// Collective. Warns of those that matter to what is computed. `form`, as they are given: those that choose the form of a trajectory, which
-/// one that goes on may not take (Trajectory::require_form).
+/// Collective. Warns of the changed options that affect the results. `form` receives those, as they were given, that choose the form of the
+/// trajectory, which a trajectory that is continued may not take (Trajectory::require_form).
 PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file, std::vector<std::string>* form);
 
-/// Of a run on as many ranks, without what its system carries besides the state: whoever restores that system puts that back
-/// (systems/saved_state.hpp).
+/// A checkpoint in memory, for a run on as many ranks. It does not hold what the system carries beside the state: the caller restores that by
+/// put_memory() (systems/saved_state.hpp).
 class KeptCheckpoint : public Checkpoint {
  public:
-  /// Collective. `states`: the state, "/state", and those that its method remembers.
+  /// Collective. `states`: the state, named "/state", and the earlier ones that the method remembers.
   PetscErrorCode keep(Model& model, const Facts& run, const std::vector<NamedState>& states);
   bool has(const std::string& group) const override { return states_.count(group) > 0; }
   PetscErrorCode read_memory(Model&) const override { return 0; }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t longest_text = 65536;
 
-/// One scalar attribute into `facts`; others are passed over.
+/// Reads one scalar attribute into `facts`; attributes of other kinds are skipped.
 herr_t keep_attribute(hid_t object, const char* name, const H5A_info_t*, void* data) {
   Facts& facts = *static_cast<Facts*>(data);
   const H5 attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
@@ -31,13 +31,14 @@ herr_t keep_attribute(hid_t object, const char* name, const H5A_info_t*, void* d
   return 0;
 }
 
-/// The attributes of `group`; false if it is not there or damaged.
+/// Reads the attributes of `group`; false if the group is missing or damaged.
 bool attributes_of(const Hdf5File& file, const char* group, Facts* facts) {
   const H5 object = file.group(group);
   return object && H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, keep_attribute, facts) >= 0;
 }
 
-/// The values of /options that are too long for attributes: datasets of one text. `bytes`: more than the file has cannot be true.
+/// Reads the values of /options that are too long for attributes and stand in datasets of one text. `bytes` is the size of the file: a longer text is
+/// a sign of damage.
 bool long_texts_of(const Hdf5File& file, const std::string& group, std::int64_t bytes, Facts* facts) {
   for (const std::string& name : file.members(group)) {
     const H5 owner = file.group(group);
@@ -76,7 +77,7 @@ PetscErrorCode CheckpointFile::open(MPI_Comm comm, const std::string& file) {
   comm_ = comm;
   name_ = file;
   PetscCall(file_.open(comm, file));
-  // what the ranks find is the same: they read one file
+  // all ranks read the same file and so find the same errors
   if (!attributes_of(file_, "/", &root)) PetscCall(damaged("damaged"));
   if (get(root.text, "format") != "backspring checkpoint")
     PetscCall(fail(comm, Exit::input, file + ": is not a checkpoint: give -bs_restart a file that -bs_checkpoint wrote"));
@@ -124,13 +125,13 @@ PetscErrorCode CheckpointFile::require_same(Model& model) const {
 PetscErrorCode Checkpoint::read(Model& model, const std::string& group, Vec y) const {
   std::vector<StatePart> parts;
   PetscFunctionBegin;
-  PetscCall(model.gather_state(y, &parts));  // for their vectors
+  PetscCall(model.gather_state(y, &parts));  // only for the vectors that are read into
   PetscCall(read_parts(model.comm(), group, parts));
   PetscCall(model.scatter_state(y));
   PetscFunctionReturn(0);
 }
 
-/// Of what could not break, or had no history, in the run before, a checkpoint does not know: exit code 2.
+/// Ends the run with exit code 2 where this run has histories, or parts that may break, that the run of the checkpoint did not have.
 PetscErrorCode CheckpointFile::require_memory(const std::vector<StatePart>& parts) const {
   std::vector<ChangedOption> changed;
   std::vector<std::string> options;
@@ -158,7 +159,7 @@ PetscErrorCode CheckpointFile::require_memory(const std::vector<StatePart>& part
 PetscErrorCode CheckpointFile::read_memory(Model& model) const {
   std::vector<StatePart> parts;
   PetscFunctionBegin;
-  PetscCall(model.gather_memory(&parts));  // for their vectors
+  PetscCall(model.gather_memory(&parts));  // only for the vectors that are read into
   PetscCall(require_memory(parts));
   if (parts.empty()) PetscFunctionReturn(0);
   PetscCall(read_parts(model.comm(), "/memory", parts));

@@ -15,7 +15,7 @@ void skip_blanks(const char** at, const char* end) {
   while (*at < end && (**at == ' ' || **at == '\t' || **at == '\r')) ++*at;
 }
 
-/// Takes one number off the front; it must end at a blank or the end of the line.
+/// Reads one number from the front of the text and removes it; a blank or the end of the line must follow it.
 template <class Number>
 bool read_front(const char** at, const char* end, Number* value) {
   skip_blanks(at, end);
@@ -38,7 +38,7 @@ bool MatrixMarketReader::fail(const std::string& what) {
   return false;
 }
 
-/// The next line into text_, at_ and end_; false at the end of the file or if it is too long.
+/// Reads the next line into text_, at_ and end_; false at the end of the file, or where the line is too long.
 bool MatrixMarketReader::read_line() {
   text_.resize(static_cast<std::size_t>(LONGEST));
   in_.getline(text_.data(), LONGEST);
@@ -51,7 +51,7 @@ bool MatrixMarketReader::read_line() {
   return true;
 }
 
-/// The next line that is neither empty nor a comment.
+/// Reads the next line that is neither empty nor a comment.
 bool MatrixMarketReader::next_content() {
   while (read_line()) {
     skip_blanks(&at_, end_);
@@ -98,7 +98,7 @@ bool MatrixMarketReader::open() {
   return true;
 }
 
-/// The same entry in the other triangle comes next.
+/// Makes next() return the corresponding entry of the other triangle.
 void MatrixMarketReader::mirror(const MatrixEntry& entry) {
   if (symmetry_ == Symmetry::general || entry.row == entry.column) return;
   mirror_ = {entry.column, entry.row, symmetry_ == Symmetry::skew ? -entry.value : entry.value};

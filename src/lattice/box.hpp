@@ -1,4 +1,4 @@
-// A periodic box: what lies in it is repeated along some of its edges.
+// A periodic box: its contents are repeated along some of its edges.
 #pragma once
 #include <array>
 #include <cmath>
@@ -7,7 +7,7 @@
 namespace bs {
 
 /// d edge vectors e_k, rows of `edges`, not necessarily orthogonal; space is repeated along those whose direction is periodic. The image of
-/// a point in the box s = (s_1, ..., s_d) lies sum of s_k e_k further on.
+/// a point in the box numbered s = (s_1, ..., s_d) is displaced by the sum of s_k e_k.
 struct PeriodicBox {
   bool periodic[3] = {false, false, false};
   std::array<double, 9> edges{};  ///< (d, d), row k: e_k [m]
@@ -27,7 +27,7 @@ inline double box_volume(const double* e, int d) {
   return std::abs(e[0] * (e[4] * e[8] - e[5] * e[7]) - e[1] * (e[3] * e[8] - e[5] * e[6]) + e[2] * (e[3] * e[7] - e[4] * e[6]));
 }
 
-/// `out` (d, d) such that x = sum of r_k e_k has r_k = sum of x_c out[c * d + k]; false where the edges span no volume.
+/// Inverts the edges: `out` (d, d) is such that x = sum of r_k e_k has r_k = sum of x_c out[c * d + k]. False where the edges span no volume.
 inline bool invert_edges(const double* e, int d, double* out) {
   const double volume = box_volume(e, d);
   double size = 1;
@@ -53,7 +53,7 @@ inline bool invert_edges(const double* e, int d, double* out) {
   return true;
 }
 
-/// An edge along which nothing is repeated may be left 0 and becomes a unit vector; false where the edges span no volume.
+/// Completes the box: an edge that is not periodic may be left 0 and becomes a unit vector. False where the edges span no volume.
 inline bool complete_edges(PeriodicBox* box, int d) {
   double inverse[9];
   for (int k = 0; k < d; ++k) {
@@ -64,13 +64,13 @@ inline bool complete_edges(PeriodicBox* box, int d) {
   return invert_edges(box->edges.data(), d, inverse);
 }
 
-/// Which images are nearest in a periodic box, by a reduced basis of its periodic edges: however skew these are, the images beside one another are
-/// those whose numbers in that basis differ by 1 at most.
+/// Finds nearest images in a periodic box by a reduced basis of its periodic edges: however skew the edges are, neighbouring images differ by at most
+/// 1 in each number of that basis.
 class NearestImages {
  public:
   NearestImages(const PeriodicBox& box, int d);
-  /// The two of dx + sum of s_k e_k that are shortest of all: s (d) of the first into `shift`; returned is how much shorter its square is than that
-  /// of the second (infinity: there is no second). Shifts by more than 10^9 boxes are given as 10^9.
+  /// Finds the two shortest vectors of the form dx + sum of s_k e_k. `shift` (d) becomes s of the shortest; the function returns by how much its
+  /// squared length is less than that of the second (infinity: there is no second). Shifts by more than 10^9 boxes are given as 10^9.
   double find(const double* dx, std::int64_t* shift) const;
 
  private:
@@ -78,7 +78,7 @@ class NearestImages {
 
   int d_, count_ = 0;              ///< dimensions; periodic edges
   std::array<double, 9> b_{};      ///< (count, d) the reduced basis
-  std::array<double, 9> whole_{};  ///< (count, d) whole numbers: b_k = sum of whole_kj e_j
+  std::array<double, 9> whole_{};  ///< (count, d) integers with b_k = sum of whole_kj e_j
 };
 
 }  // namespace bs

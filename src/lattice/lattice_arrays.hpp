@@ -8,7 +8,7 @@
 
 namespace bs {
 
-/// A springs to given points, or to points that move as given.
+/// A springs from particles to fixed points, or to points with a prescribed motion.
 struct AnchorArrays {
   std::vector<std::int64_t> particle;  ///< (A) rows of particles, counted from 0
   std::vector<double> point;           ///< (A, d) [m]
@@ -17,8 +17,8 @@ struct AnchorArrays {
   std::vector<double> damping;         ///< (A) [kg/s]; empty: 0
 };
 
-/// n interactions of one kind between several particles each. The kinds are the groups of a lattice file, "angles", "hinges"; interaction_schemas()
-/// says of each how many ends it has and which parameters, in that order.
+/// n interactions of one kind between several particles. The kinds are named as the groups of a lattice file, "angles" and "hinges";
+/// interaction_schemas() gives the number of ends and the parameters of each, in their order.
 struct InteractionArrays {
   std::string kind;
   std::vector<std::int64_t> ends;     ///< (n, ends) rows of particles, counted from 0
@@ -27,29 +27,29 @@ struct InteractionArrays {
   std::vector<Column> break_columns;  ///< (n) critical_change, critical_moment, critical_energy, and broken: 1 or 0
 };
 
-/// N particles and S springs in d dimensions. May be empty: velocity (at rest), fixed (none is), rest_length (the initial distances), damping (0),
-/// shift (the nearest images); `path` of columns, too. Options that go with the lattice are of those that an .xsp scene implies.
+/// N particles and S springs in d dimensions. These may be empty: velocity (all at rest), fixed (none), rest_length (the initial distances), damping
+/// (0), shift (the nearest images), and the `path` of columns. The lattice may bring options with it, of those that an .xsp scene can imply.
 struct LatticeArrays : LatticeNumbers {
   std::vector<std::int64_t> springs;  ///< (S, 2) rows of the particles at the ends, counted from 0
   std::vector<double> area;           ///< (S) cross-sections, for stresses [m^2]; empty: none
   AnchorArrays anchors;
-  std::vector<InteractionArrays> interactions;  ///< each kind once; those that are left out have none
-  std::string spring_law, damping_law;          ///< by name; empty: not said, hooke and axial
-  std::vector<std::string> laws;                ///< where springs have laws of their own: their names,
-  std::vector<std::int64_t> law;                ///< (S) and each spring's place among these; empty: all obey spring_law
+  std::vector<InteractionArrays> interactions;  ///< each kind at most once
+  std::string spring_law, damping_law;          ///< by name; empty: hooke and axial
+  std::vector<std::string> laws;                ///< names of the laws where springs have different ones
+  std::vector<std::int64_t> law;                ///< (S) index of each spring's law in `laws`; empty: all obey spring_law
 };
 
 /// The `source` of lattices that were made of arrays.
 inline constexpr const char* IN_MEMORY = "lattice in memory";
 
-/// The whole lattice of `arrays`; false and `error` where sizes do not fit one another, or names, flags or the box mean nothing. Other values are
-/// judged when a model is made of it.
+/// Makes the whole lattice of `arrays`; returns false and sets `error` where sizes do not match, or names, flags or the box are invalid. Other values
+/// are checked when a model is made of it.
 bool lattice_of(LatticeArrays arrays, Lattice* out, std::string* error);
 
-/// The arrays of a lattice that is whole.
+/// The arrays of a lattice that is whole on this rank.
 LatticeArrays arrays_of(Lattice whole);
 
-/// What is wrong with `arrays`, as above; empty: nothing.
+/// The error in `arrays`, by the same checks; empty where there is none.
 std::string fault_of(const LatticeArrays& arrays);
 
 }  // namespace bs

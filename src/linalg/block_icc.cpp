@@ -17,17 +17,17 @@ struct BlockIcc {
   std::unique_ptr<BlockFactor> factor;
   PetscInt precision = 0;  ///< 0 auto, 1 single, 2 double
   bool in_single = true;
-  PetscReal fill = 16;     ///< of stiff pairs, at most, in blocks of the matrix
-  PetscReal shift = 1e-3;  ///< of the diagonal, first tried where a pivot fails
-  PetscReal shifted = 0;   ///< in force
+  PetscReal fill = 16;     ///< most fill-in of stiff pairs, in multiples of the blocks of the matrix
+  PetscReal shift = 1e-3;  ///< shift of the diagonal that is tried first where a pivot fails
+  PetscReal shifted = 0;   ///< shift of the diagonal in force
   PetscInt shifts = 0;
   PairMatrix* matrix = nullptr;
-  const PairMatrix* laid_out_for = nullptr;  ///< the factors' pattern
-  PetscInt coarse_unknowns = -1;             ///< at most; -1: by the system's size
+  const PairMatrix* laid_out_for = nullptr;  ///< the matrix whose pattern the factors have
+  PetscInt coarse_unknowns = -1;             ///< largest number of them; -1: chosen by the size of the system
   PetscInt space = 2, chosen_space = 2;      ///< 0 hats, 1 rigid, 2 auto: not chosen yet
   CoarseSpace coarse;
-  KeptParts kept = KeptParts::choices;  ///< at the next set-up
-  VecHandle residual, step;             ///< room, with rigid motions
+  KeptParts kept = KeptParts::choices;  ///< what the next set-up keeps of the last one
+  VecHandle residual, step;             ///< work vectors, used with rigid motions
 };
 
 /// Collective. Replaces auto by what suits the system.
@@ -40,7 +40,7 @@ PetscErrorCode choose_space(BlockIcc* self, const PairMatrix& S) {
   PetscFunctionReturn(0);
 }
 
-/// Collective. Of factors that have been laid out.
+/// Collective. Checks the memory for the factors, whose pattern is known.
 PetscErrorCode reserve_factor(PC pc, const PairMatrix& S, bool single) {
   PetscFunctionBegin;
   const double area = S.dim() * S.dim(), real = single ? sizeof(float) : sizeof(double);

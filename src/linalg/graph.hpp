@@ -8,25 +8,25 @@
 
 namespace bs {
 
-/// Where owned point i is at present, d numbers.
+/// The present position of owned point i, d numbers.
 using Places = std::function<const double*(PetscInt)>;
 
 /// Local points are the n owned ones, then ghosts: points of other ranks and, in periodic systems, images of any point, with its global
-/// index. What is referred to must outlive the graph.
+/// index. The arrays referred to must outlive the graph.
 struct Graph {
   const std::vector<PetscInt>& global;     ///< (n + ghosts) global indices; owned ones are consecutive
-  const std::vector<std::uint8_t>& fixed;  ///< (n + ghosts) not 0: no unknowns, rows and columns hold the diagonal alone
-  const std::vector<double>& start;        ///< (n + ghosts, d) where they start
+  const std::vector<std::uint8_t>& fixed;  ///< (n + ghosts) not 0: the point has no unknowns; its rows and columns hold only the diagonal
+  const std::vector<double>& start;        ///< (n + ghosts, d) initial positions
   const std::vector<double>& mass;         ///< (n)
   MPI_Comm comm = MPI_COMM_NULL;
   int dim = 3;
-  PetscInt n = 0, ghosts = 0, total = 0;  ///< owned, of other ranks, on all ranks
-  PetscInt free = 0;                      ///< not fixed, on all ranks
-  bool interactions = false;              ///< of more than two points, on some rank
+  PetscInt n = 0, ghosts = 0, total = 0;  ///< points owned, of other ranks, on all ranks
+  PetscInt free = 0;                      ///< points that are not fixed, on all ranks
+  bool interactions = false;              ///< some rank has interactions of more than two points
   bool periodic = false;                  ///< ghosts may be images
-  bool holds = false;                     ///< some point of some rank is held in part of its components
-  std::vector<std::uint8_t> held = {};    ///< (n + ghosts) bit c: component c of a point that is not fixed; empty: none here
-  std::vector<PetscInt> holders = {};     ///< owned points with such components, ascending
+  bool holds = false;                     ///< some point of some rank has components that are held
+  std::vector<std::uint8_t> held = {};    ///< (n + ghosts) bit c: component c of a point that is not fixed is held; empty: none on this rank
+  std::vector<PetscInt> holders = {};     ///< owned points with held components, ascending
   double softest = 0, stiffest = 0;       ///< stiffness of this rank's couplings; 0: it has none
   std::string source = {};                ///< what the system was made of, for messages
 

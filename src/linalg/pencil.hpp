@@ -7,7 +7,7 @@
 
 namespace bs {
 
-/// Of the matrix a M - b D - c K.
+/// Coefficients of the matrix a M - b D - c K.
 struct Coefficients {
   double mass = 0, damping = 0, stiffness = 0;  ///< a, b, c
   bool operator==(const Coefficients& other) const { return mass == other.mass && damping == other.damping && stiffness == other.stiffness; }
@@ -17,26 +17,26 @@ class Pencil {
  public:
   virtual ~Pencil() = default;
   virtual MPI_Comm comm() const = 0;
-  /// d, and the points this rank owns.
+  /// The dimension d, and the number of points that this rank owns.
   virtual PetscInt dim() const = 0;
   virtual PetscInt points() const = 0;
   /// Global number of unknowns: d for each point, held ones included.
   virtual PetscInt unknowns() const = 0;
   /// Masses of the owned points [kg], (n) or longer; fixed ones have theirs, too.
   virtual const std::vector<double>& masses() const = 0;
-  /// Where the owned points are in the state linearised at, (n, d) [m].
+  /// Positions of the owned points in the state at which the system is linearised, (n, d) [m].
   virtual std::vector<double> positions() const = 0;
   /// Whether component c of owned point i can move.
   virtual bool moves(PetscInt i, PetscInt c) const = 0;
-  /// Whether all of it lies between two ends each, so that the storage by springs holds it without a sparse remainder.
+  /// Whether every force acts between two points, so that the storage by springs holds the matrix without a sparse remainder.
   virtual bool pairwise() const = 0;
-  /// size: (n), the stiffness of all that acts on each owned point in magnitude, whatever the directions: rounding errors of its
-  /// rows of K are this times the machine's precision [N/m].
+  /// size (n): the sum of the magnitudes of all stiffnesses that act on each owned point, whatever their directions [N/m]. Rounding errors in its
+  /// rows of K are this times the machine precision.
   virtual void stiffness_sizes(double* size) = 0;
-  /// Collective. A matrix of d x d blocks for a M - b D - c K, without values; rigid body modes are its near null space where it
-  /// is AIJ.
+  /// Collective. Creates a matrix of d x d blocks for a M - b D - c K, without values; a matrix of type AIJ gets the rigid body modes as its near
+  /// null space.
   virtual PetscErrorCode create(CondensedStorage storage, Mat* S) = 0;
-  /// Collective. The symmetric part of a M - b D - c K into a matrix made by create(). `positive`: without what may make it
+  /// Collective. Fills a matrix made by create() with the symmetric part of a M - b D - c K. `positive`: without the terms that may make it
   /// indefinite, mainly the negative transverse stiffness of compressed springs.
   virtual PetscErrorCode assemble(const Coefficients& coefficients, bool positive, Mat S) = 0;
   /// Collective. out = (a M - b D - c K) z exactly, without a matrix; z, out: blocks of d.

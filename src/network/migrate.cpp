@@ -38,12 +38,12 @@ PetscErrorCode fetch_rows(MPI_Comm comm, const Rows& rows, const std::vector<dou
 
 namespace {
 
-/// Springs as seen from their two ends: half spring 2 k + side of this rank's chunk.
+/// The springs of this rank's chunk, each seen from both of its ends: half spring 2 k + side is spring k seen from its end `side`.
 struct Halves {
   const Lattice& lattice;
   std::size_t count() const { return 2 * static_cast<std::size_t>(lattice.springs.count); }
   std::int64_t self(std::size_t half) const { return lattice.pairs[half]; }
-  /// The first end seen from the second lies the other way.
+  /// The far end; seen from the second end, the shift of the first has the opposite sign.
   std::int64_t other(std::size_t half) const {
     const std::int64_t row = lattice.pairs[half ^ 1];
     if (lattice.shift.empty()) return image::key(row);
@@ -56,7 +56,7 @@ struct Halves {
   }
 };
 
-/// All half springs, sorted: each straight among those of its particle, which are few to sort.
+/// Sorts all half springs: each is put among those of its particle first, of which there are few to sort.
 void put_in_order(const Halves& halves, std::int64_t particles, std::vector<HalfSpring>* out) {
   std::vector<std::size_t> at(static_cast<std::size_t>(particles) + 1, 0);
   for (std::size_t k = 0; k < halves.count(); ++k) ++at[static_cast<std::size_t>(halves.self(k)) + 1];
@@ -64,14 +64,14 @@ void put_in_order(const Halves& halves, std::int64_t particles, std::vector<Half
   out->resize(halves.count());
   for (std::size_t k = 0; k < halves.count(); ++k) (*out)[at[static_cast<std::size_t>(halves.self(k))]++] = halves(k);
   std::size_t begin = 0;
-  for (std::int64_t i = 0; i < particles; ++i) {  // at[i] has become the end of particle i
+  for (std::int64_t i = 0; i < particles; ++i) {  // at[i] is now the end of the half springs of particle i
     const std::size_t end = at[static_cast<std::size_t>(i)];
     std::sort(out->begin() + static_cast<std::ptrdiff_t>(begin), out->begin() + static_cast<std::ptrdiff_t>(end), before);
     begin = end;
   }
 }
 
-/// keep(coupling) for each coupling without a spring that `options` asks for, at this chunk's particles.
+/// Calls keep(coupling) for each coupling without a spring that `options` asks for at the particles of this chunk.
 template <class Keep>
 void for_each_coupling(const Lattice& lattice, const NetworkOptions& options, Keep&& keep) {
   const std::array<std::int64_t, 2> first{lattice.particles.first, 0};
@@ -92,7 +92,7 @@ void for_each_coupling(const Lattice& lattice, const NetworkOptions& options, Ke
 /// An edge of the spring graph on its way to the partitioner.
 struct Edge {
   std::int64_t self, other;
-  double rate;  ///< by its law [N/m]
+  double rate;  ///< stiffness by the spring's law [N/m]
 };
 
 }  // namespace
@@ -121,7 +121,7 @@ PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const Networ
   std::size_t e = 0;
   for (std::int64_t k = 0; k < lattice.particles.count; ++k) {
     for (; e < edges.size() && edges[e].self == lattice.particles.first + k; ++e) {
-      if (edges[e].other == edges[e].self) continue;  // an image of its own
+      if (edges[e].other == edges[e].self) continue;  // the spring joins a particle to its own image
       graph->other.push_back(edges[e].other);
       graph->rate.push_back(edges[e].rate);
     }
@@ -130,7 +130,7 @@ PetscErrorCode collect_graph(MPI_Comm comm, const Lattice& lattice, const Networ
   PetscFunctionReturn(0);
 }
 
-// By way of the chunks that hold the ends, since only those know the new owners.
+// Half springs are sent first to the ranks whose chunks hold their ends, since only those know the new owners.
 PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const NetworkOptions& options, const Chunks& chunks,
                                     const std::vector<int>& rank_of, std::vector<HalfSpring>* mine) {
   PetscFunctionBegin;
@@ -149,7 +149,7 @@ PetscErrorCode collect_half_springs(MPI_Comm comm, const Lattice& lattice, const
   if (size == 1) {
     put_in_order(halves, lattice.particles.count, mine);
   } else {
-    // a tenth more than the average; untouched pages cost nothing
+    // reserves a tenth more than the average; pages that are never written take no memory
     mine->reserve(static_cast<std::size_t>(2 * lattice.springs.total / size * 11 / 10));
     PetscCall(exchange_in_slices<HalfSpring>(
         comm, halves.count(), options.slice, [&](std::size_t k) { return chunks.owner(halves.self(k)); }, halves, forward));

@@ -113,7 +113,7 @@ PetscErrorCode Trajectory::Impl::lay_out() {
 
 namespace {
 
-constexpr std::int64_t spare_bytes = 1 << 16;  // of metadata that may still be allocated; a hole, not disk
+constexpr std::int64_t spare_bytes = 1 << 16;  // room for metadata that may still be allocated; a hole in the file, which takes no disk
 constexpr off_t version_at = 8, end_at = 40;   // of the superblock, version 0: HDF5 File Format Specification, II.A
 
 struct Handle {
@@ -123,7 +123,7 @@ struct Handle {
   }
 };
 
-/// The end that the superblock tells, or 0 of one that is not HDF5's usual one. errno of what failed, or 0.
+/// Reads the end of the file that the superblock holds, or 0 where the superblock is not of version 0. Returns 0, or errno of the call that failed.
 int stored_end(int handle, std::uint64_t* end) {
   unsigned char version = 1;
   *end = 0;
@@ -132,8 +132,8 @@ int stored_end(int handle, std::uint64_t* end) {
   return pread(handle, end, sizeof *end, end_at) == sizeof *end ? 0 : EIO;
 }
 
-/// Lets the superblock tell an end of at least `least`, and the file's length reach there; the next flush that allocates stores the
-/// true one again. errno of what failed, or 0. HDF5's own calls for this (H5Fget_eoa, H5Fincrement_filesize) refuse MPI-IO.
+/// Raises the end of the file in the superblock, and the length of the file, to at least `least`; the next flush that allocates stores the true end
+/// again. Returns 0, or errno of the call that failed. HDF5's own calls for this (H5Fget_eoa, H5Fincrement_filesize) refuse MPI-IO.
 int move_end(const std::string& path, std::uint64_t least) {
   std::uint64_t end = 0;
   struct stat status;
@@ -180,7 +180,7 @@ std::int64_t Trajectory::Impl::frame_bytes(std::int64_t count, std::int64_t rows
   return bytes;
 }
 
-/// Room on disk for that; what is then allocated and written is within it.
+/// Reserves the room on disk; what is then allocated and written lies within it.
 PetscErrorCode Trajectory::Impl::reserve(std::int64_t count, std::int64_t rows, std::string* full) {
   const std::int64_t bytes = frame_bytes(count, rows) + (laid_out ? spare_bytes : 4 * spare_bytes);
   PetscFunctionBegin;

@@ -23,133 +23,138 @@ namespace bs {
 class KeptCheckpoint;
 class Model;
 
-/// Options as on the command line: names with their dash, values as text; of a flag the value may be empty.
+/// Options as on the command line: names with their dash, values as text; the value of a flag may be empty.
 using Settings = std::vector<std::pair<std::string, std::string>>;
 
-/// Numbers of a whole lattice, by name.
+/// Numbers of the whole lattice (stiffness, mass, ...), by name.
 using NumberTable = std::map<std::string, std::shared_ptr<const std::vector<double>>>;
 
-/// Starts MPI and PETSc, unless they are started, for a program without a command line, and ends what it has started: no files of options are read,
-/// and no signal handler is installed. Sessions live within it, or within the caller's own PetscInitialize.
+/// Starts MPI and PETSc, unless they are running, for a program without a command line, and ends what it has started. No option files are read, and
+/// no signal handler is installed. Sessions must be created and destroyed during its lifetime, or between the caller's own PetscInitialize and
+/// PetscFinalize.
 class Library {
  public:
   Library();
   Library(const Library&) = delete;
   Library& operator=(const Library&) = delete;
   ~Library();
-  /// Whether PETSc is there.
+  /// Whether PETSc is running.
   bool started() const { return there_; }
 
  private:
   bool mpi_ = false, petsc_ = false, there_ = false;
 };
 
-/// On several ranks PTScotch divides the lattice among them. Its threads make that, and so the last digits, differ from run to run unless
-/// SCOTCH_PTHREAD_NUMBER=1 is in the environment, where the program puts it.
-/// Everything is collective on the session's communicator but what says otherwise. An Error without text is none. After an error of one rank alone
-/// (base/error.hpp) the ranks are no longer together: the caller has to end them.
+/// All functions are collective on the session's communicator unless they say otherwise. An Error without text means success. After an error on one
+/// rank alone (base/error.hpp) the ranks are out of step: the caller has to end them. On several ranks PTScotch divides the lattice among them. Its
+/// threads make the division, and so the last digits of results, differ from run to run unless SCOTCH_PTHREAD_NUMBER=1 is in the environment (the
+/// program sets it).
 class Session {
  public:
-  /// When the system that is stepped is made of the lattice: by create(), which then tells what is wrong with it, or at the first call that needs it;
-  /// analyses make their own and need none.
+  /// When the system that is stepped is made from the lattice: by create(), which then reports errors in the lattice, or by the first call that needs
+  /// it. Analyses make a system of their own and do not need it.
   enum class Make { at_once, when_needed };
-  /// `lattice`: the whole of it, the same on every rank. Errors: sizes or values that make no lattice, unknown settings.
+  /// `lattice` is the whole lattice, the same on every rank. Errors: sizes or values that make no lattice, unknown settings.
   static Error create(MPI_Comm comm, LatticeArrays lattice, const Settings& settings, std::unique_ptr<Session>* out, Make make = Make::at_once);
-  /// The lattice that the settings name (-bs_lattice_file, -bs_lattice_type), or another system (-bs_model).
+  /// A session of the lattice that the settings name (-bs_lattice_file, -bs_lattice_type), or of another system (-bs_model).
   static Error create(MPI_Comm comm, const Settings& settings, std::unique_ptr<Session>* out, Make make = Make::at_once);
-  /// For a program with a command line: all that -bs_task names, by a session on `comm` itself and with the options in force. Errors, beside being
-  /// held by `comm`, are told to its listener (base/error.hpp), and PETSc's own go to the handler in force. `exit_code`: 0, or 128 + signal.
+  /// For a program with a command line: does all that -bs_task asks for, in a session on `comm` itself and with the options in force. Errors are
+  /// attached to `comm` and passed to its listener (base/error.hpp); PETSc's own go to the error handler in force. `exit_code`: 0, or 128 + signal.
   static PetscErrorCode perform(MPI_Comm comm, int* exit_code);
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
-  /// Ends as finish() does.
+  /// Calls finish().
   ~Session();
 
-  /// Makes the system that is stepped, unless it is made; what is wrong with the lattice.
+  /// Makes the system that is stepped, unless there is one already. Errors: what is wrong with the lattice.
   Error prepare();
-  /// `count` steps, each of the length that the settings ask for (-ts_dt, -ts_type and others), shorter where it would pass -ts_max_time or an output
-  /// time. -ts_max_steps counts all steps of the session, also those before a state was set. Error (Exit::solve): a step that could not be taken; the
-  /// last good state stays.
+  /// Takes `count` steps, each of the length that the settings ask for (-ts_dt, -ts_type and others), shorter where it would pass -ts_max_time or an
+  /// output time. -ts_max_steps counts all steps of the session, also those before a state was set. Error (Exit::solve): a step failed; the last good
+  /// state is kept.
   Error step(std::int64_t count = 1);
-  /// Steps up to the time t [s], at which the last one ends. Nothing where t is past. From the start on, the same as a run of the program with
+  /// Takes steps up to the time t [s], at which the last one ends; none where t is past. From the start, this is a run of the program with
   /// -ts_max_time t.
   Error run_until(double t);
-  /// Steps up to the next output time (-bs_output_interval; without it, the next step) or the end (-ts_max_time), and stands there; `more`: false
-  /// where the run was at its end and no step was taken, or -ts_max_steps allows no more, which is warned of once.
+  /// Takes steps up to the next output time (-bs_output_interval; without it, one step) or the end (-ts_max_time). `more` is false where no step was
+  /// taken because the run was at its end, or because -ts_max_steps allows no more, of which a warning is given once.
   Error run_to_frame(bool* more);
-  /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete then. No step follows. What a step has
-  /// failed with is in the report and is not returned again.
+  /// Ends stepping: files that the settings name (-bs_output, -bs_report) are complete afterwards, and no step can be taken. The error of a failed
+  /// step is in the report and is not returned again.
   Error finish();
 
-  /// Of the lattice as it was given, by a model of its own, whatever has been stepped: equilibria under the loads as -bs_task statics finds them, and
-  /// what -bs_task moduli adds; the `count` modes of -bs_task modes (-bs_modes). Of the session's settings those hold that say what the
-  /// system is; those of PETSc's solvers, of steps and of files do not: `more` names, for this call, what the analysis needs of them.
-  /// What has found the equilibrium stays until the next analysis, for follow().
+  /// Analyses of the lattice as it was given, with a model of their own, whatever was stepped before: the equilibria under the loads that -bs_task
+  /// statics finds, the moduli of -bs_task moduli, the `count` modes of -bs_task modes (-bs_modes). The session's settings hold as far as they
+  /// describe the system; those of PETSc's solvers, of steps and of files do not: `more` gives them for this call. The solver that found the
+  /// equilibrium is kept for follow() until the next analysis.
   Error solve_statics(Result* out, const Settings& more = {});
-  /// From the equilibrium that solve_statics() or follow() found last to the one it becomes under the same loads with the numbers that were given
-  /// since; pattern, partition and symbolic factors stay, and sums of energies do not see what the numbers changed. Errors: as of solve_statics(),
-  /// with the last equilibrium, which stays; there is none (Exit::input).
+  /// Finds the equilibrium under the same loads with the numbers that were changed since solve_statics() or follow() found the last one, starting
+  /// from that; matrix pattern, partition and symbolic factors are kept. Sums of energies leave out what the change of numbers did. Errors: those of
+  /// solve_statics(), with the last equilibrium, which is kept; there is no equilibrium yet (Exit::input).
   Error follow(Result* out);
-  /// Of the equilibrium that solve_statics() or follow() has found last: what a function J of its positions, of slopes dJ/dx, (N, d) whole, changes
-  /// by with each number of springs and interactions that set_numbers() takes but damping, as the equilibrium follows: {name: dJ/dp, of each spring
-  /// or interaction}, by one adjoint solve; numbers of interactions whose law does not say how its forces change with them are left out. Histories
-  /// stay as they are. Errors: there is no equilibrium, or not of the numbers of now (Exit::input); as find_adjoint() (tasks/sensitivities.hpp).
+  /// Derivatives of a function J of the positions of the last equilibrium by each number of springs and interactions that set_numbers() takes, except
+  /// damping, where the equilibrium follows the number: {name: dJ/dp of each spring or interaction}, by one adjoint solve. `slope` is dJ/dx, (N, d),
+  /// whole. Numbers of interactions whose law has no derivative by them are left out. Histories are held fixed. Errors: there is no equilibrium, or
+  /// numbers were changed since it was found (Exit::input); those of find_adjoint() (tasks/sensitivities.hpp).
   Error sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out);
   Error moduli(Result* out, const Settings& more = {});
-  /// `about`: unless null, the equilibrium that a result of solve_statics() or follow() stands at, of a session of the same lattice and settings on
-  /// any number of ranks: modes about it, which is not looked for again (-bs_modes_about equilibrium).
+  /// `about`, unless null: an equilibrium from a result of solve_statics() or follow(), of a session of the same lattice and settings on any number
+  /// of ranks. The modes are then about it, as with -bs_modes_about equilibrium but without a new search.
   Error modes(std::int64_t count, Result* out, const Settings& more = {}, const SavedState* about = nullptr);
 
   /// Local. Time [s] and number of steps of the last good state.
   double time() const;
   std::int64_t steps() const;
-  /// Particles of the whole, and this rank's rows [first, first + count) of the input; known once the system is made.
+  /// Number of particles of the whole lattice, and this rank's rows [first, first + count) of the input; known once the system is made.
   Rows particles() const;
   int dim() const;
 
-  /// Numbers of the particles at the last good state, (N, d), in the order of the input. reaction: what supports and motions exert on what is held.
+  /// Arrays over the particles at the last good state, (N, d), in the order of the input. reaction: the forces of supports and given motions on held
+  /// particles.
   enum class Array { position, velocity, force, reaction };
-  /// Of all particles, on every rank.
+  /// The array of all particles, on every rank.
   Error get(Array what, std::vector<double>* all);
-  /// Of this rank's rows.
+  /// This rank's rows of the array.
   Error get_rows(Array what, std::vector<double>* rows);
-  /// Numbers where a state has them: component c of row i is first[i * stride + c].
+  /// An array in the memory of the state: component c of row i is first[i * stride + c].
   struct View {
     const double* first = nullptr;
     std::int64_t rows = 0, stride = 0;
-    std::shared_ptr<const void> memory;  ///< not freed before this, also where the session ends
+    std::shared_ptr<const void> memory;  ///< keeps the memory alive, also after the end of the session
   };
-  /// Positions or velocities without a copy. They follow steps and states that are set or restored, but where set_numbers() makes the system anew
-  /// (expect_changes()); within a step they may be those of an attempt. Error (Exit::input): they do not stand in the order of the input: particles
-  /// on several ranks, or in an order of their own (-bs_ordering), or groups that are held or move as given.
+  /// Positions or velocities without a copy. The view follows steps and states that are set or restored, until set_numbers() makes the system anew
+  /// (expect_changes()); within a step it may show an attempt. Error (Exit::input): the memory is not in the order of the input, because particles
+  /// are on several ranks or reordered (-bs_ordering), or because groups are held or move as given.
   Error view(Array what, View* out);
-  /// Positions or velocities of this rank's rows take the place of the last good state's, from which the method starts anew, without a history. What
-  /// is held or moves as given stays where it is. Error (Exit::input): numbers that are not finite, or settings that name files of the run.
+  /// Replaces positions or velocities of this rank's rows in the last good state; the method then starts anew from there, without a history.
+  /// Particles that are held or move as given stay where they are. Error (Exit::input): numbers that are not finite, or settings that name files of
+  /// the run.
   Error set_rows(Array what, const std::vector<double>& rows);
-  /// Numbers of the lattice that the session was created with, the whole of them, in the order of the input, the same on every rank: stiffness,
-  /// rest_length, damping, or what the springs' laws take; mass; angle_stiffness, angle_rest_angle, hinge_stiffness, hinge_rest_angle. They hold in
-  /// what is stepped, which goes on as after set_rows(), in what follow() finds, and in analyses to come. Errors (Exit::input): change_numbers()
-  /// (lattice/lattice.hpp); a session without a lattice in memory.
+  /// Changes numbers of the lattice that the session was created with: all values of one name, in the order of the input, the same on every rank.
+  /// Names: stiffness, rest_length, damping and the parameters of the springs' laws; mass; angle_stiffness, angle_rest_angle, hinge_stiffness,
+  /// hinge_rest_angle. They hold for the system that is stepped, which continues as after set_rows(), for follow(), and for later analyses. Errors
+  /// (Exit::input): those of change_numbers() (lattice/lattice.hpp); a session without a lattice in memory.
   Error set_numbers(const std::string& name, const std::vector<double>& all);
-  /// Systems made from now on (Make::when_needed) have room for springs that exert nothing yet, so that follow() goes on where set_numbers() gives
-  /// them a stiffness; without it there is then no equilibrium to follow. What is stepped is made anew where it lacks room.
+  /// Systems made from now on (Make::when_needed) reserve matrix entries for springs that exert nothing yet, so that follow() still works after
+  /// set_numbers() has given them a stiffness; without these entries there is then no equilibrium to follow. The system that is stepped is made anew
+  /// where it lacks them.
   void expect_changes();
-  /// Local. The numbers of that name of now; empty where there are none.
+  /// Local. The present numbers of that name; empty where there are none.
   std::vector<double> numbers(const std::string& name) const;
-  /// These springs, rows of the input, exert no force any more, and damp nothing: their numbers are 0 but those that cannot be, and stay so whatever
-  /// set_numbers() is given. restore() of an earlier state brings them back.
+  /// Removes springs, given by rows of the input: they exert and damp nothing any more, whatever set_numbers() is given (their numbers become 0 where
+  /// 0 is allowed). restore() of an earlier state brings them back.
   Error remove_springs(const std::vector<std::int64_t>& rows);
-  /// The group, whose motion the settings call given (-bs_motion_NAME given), moves uniformly from where it is to be at time t [s], which is to come,
-  /// where `rows` has its particles, this rank's rows as in set_rows(); others are not looked at. Then it stays there until the next call.
+  /// Moves a group whose motion is given by the caller (-bs_motion_NAME given) uniformly from its present place to that in `rows`, which it reaches
+  /// at the later time t [s]; it then stays there until the next call. `rows` are this rank's rows as in set_rows(), of which only those of the group
+  /// are read.
   Error drive(const std::string& group, double t, const std::vector<double>& rows);
-  /// All that the system is at the last good state: positions and velocities, histories of springs and what is broken, works so far, the time, where
-  /// given motions are, numbers that were given and springs that were removed, and what the method remembers of earlier steps.
+  /// Everything that determines how the system goes on from the last good state: positions and velocities, histories of springs and broken parts,
+  /// works, the time, given motions, changed numbers and removed springs, and what the method remembers of earlier steps.
   struct State : SavedState {
     std::int64_t steps = 0;
-    std::int64_t number = 0;    ///< of the states that its session has saved
+    std::int64_t number = 0;    ///< its place among the states that its session has saved
     std::uint64_t made_of = 0;  ///< fingerprint of the system as it was made
-    SavedState::Parts shown;    ///< the state with what is held where it is
-    /// Of every motion that is given: the state with what is held where it is at its two times.
+    SavedState::Parts shown;    ///< the state in which held particles are at their present places
+    /// A motion given by the caller: the state in which held particles are at their places at the beginning and at the end of the motion.
     struct Way {
       std::string group;
       double from = 0, to = 0;
@@ -157,46 +162,47 @@ class Session {
     };
     std::vector<Way> ways;
     std::shared_ptr<const KeptCheckpoint> run;
-    NumberTable changed;             ///< numbers that were given since it was made
-    std::set<std::int64_t> removed;  ///< springs
+    NumberTable changed;             ///< numbers that were changed since the system was made
+    std::set<std::int64_t> removed;  ///< rows of removed springs
   };
   Error save(std::shared_ptr<const State>* out);
-  /// `state`: of this session, or of another one of the same lattice and laws on as many ranks. Errors (Exit::input), and then nothing changes: it is
-  /// none of these, or not the same on all ranks; settings that name files of the run. Steps that follow are those that followed save(), to the last
-  /// digit, as after a restart from a file; where the settings name another method or step it starts anew.
+  /// Returns to a state of this session, or of another one of the same lattice and laws on as many ranks. The steps that follow are those that
+  /// followed save(), to the last digit, as after a restart from a file; where the settings name another method or step, the method starts anew.
+  /// Errors (Exit::input), which change nothing: a state of another system, or not the same on all ranks; settings that name files of the run.
   Error restore(const State& state);
-  /// Before the first step: the springs' histories and what is broken become those of an equilibrium of a session of the same lattice, on any number
-  /// of ranks, whose positions this one's lattice has; works and times begin anew.
+  /// To be called before the first step, in a session whose lattice has the positions of `equilibrium`: takes over its histories of springs and
+  /// broken parts. It may be of a session on any number of ranks. Works and times begin anew.
   Error inherit(const SavedState& equilibrium);
-  /// PETSc's stepper of the motion, with its SNES, KSP, state and matrices, to be looked at between steps; borrowed, until the session ends or goes
-  /// on from a state that is set or restored. Who holds a reference may look at it after that, too: what would compute is an error of PETSc's then.
+  /// PETSc's TS of the motion, with its SNES, KSP, state and matrices, for inspection between steps. The session owns it and gives it up at its end,
+  /// or when it continues from a state that is set or restored. A caller with a reference of its own may inspect it after that; calls that would
+  /// compute then return an error of PETSc's.
   Error stepper(TS* ts);
-  /// The same of the load steps by which solve_statics() or follow() found an equilibrium last; until the next analysis, and of none where there is
-  /// no equilibrium.
+  /// The same for the load steps by which solve_statics() or follow() found the last equilibrium; valid until the next analysis. Error (Exit::input):
+  /// there is no equilibrium.
   Error load_stepper(TS* ts);
-  /// What a frame of a trajectory would hold now, whole on every rank: observables, and fields that the settings ask for (-bs_output_springs). Within
-  /// an observer of load steps, of their equilibrium.
+  /// The contents of a frame of the trajectory at this moment, whole on every rank: observables, and fields that the settings ask for
+  /// (-bs_output_springs). Within an observer of load steps, those of the present equilibrium.
   Error get_frame(FrameData* out);
 
-  /// Called on every rank after every good step, also load steps of analyses, and where an output time is reached (-bs_output_interval; the start and
-  /// the end always are). They may ask for arrays, not take steps.
+  /// Observers, called on every rank: on_step's after every successful step, also load steps of analyses, on_frame's at every output time
+  /// (-bs_output_interval; the start and the end always are output times). They may ask for arrays, but not take steps.
   void on_step(std::function<void(const StepRecord&)> observer);
   void on_frame(std::function<void(double time)> observer);
-  /// Within an observer, on all ranks: the call returns after the present step, without an error. The next call goes on; of load steps the present
-  /// equilibrium is the last.
+  /// To be called by an observer, on all ranks: the call that takes steps returns after the present one, without an error. The next call continues;
+  /// load steps end with the present equilibrium.
   void pause();
-  /// Writes the last good state as a checkpoint, from which a session of the same lattice goes on by -bs_restart; a file of that name is replaced.
+  /// Writes the last good state as a checkpoint, from which a session of the same lattice can continue by -bs_restart; replaces a file of that name.
   Error checkpoint(const std::string& file);
 
-  /// Asked on every rank between steps, also by analyses. Where it answers a number other than 0 on some rank, the call ends in an Error of that
-  /// number plus 128 on all: the last good state stays.
+  /// `poll` is called on every rank between steps, also by analyses. Where it returns a number other than 0 on some rank, the call ends on all with
+  /// an Error of that number plus 128; the last good state is kept.
   void on_poll(std::function<int()> poll);
 
-  /// Forces beside those of the settings, in all systems that are made from now on (Make::when_needed), with a tangent and a potential where they are
-  /// given.
+  /// Adds forces to those of the settings, in all systems that are made from now on (Make::when_needed), with a tangent and a potential where
+  /// `forces` has them.
   void on_force(ForceCallback forces);
 
-  /// Local. What was warned of so far; on the first rank.
+  /// Local. The warnings so far; on the first rank.
   const std::vector<std::string>& warnings() const;
   MPI_Comm comm() const;
 

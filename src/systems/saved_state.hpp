@@ -10,25 +10,25 @@ namespace bs {
 struct SavedState {
   using Parts = std::map<std::string, std::vector<double>>;
   double time = 0;      ///< [s], or the load factor of an equilibrium
-  bool whole = false;   ///< every rank has all rows, for a system on any number of ranks; else its own
-  Parts state, memory;  ///< of y, and of what the system carries besides: histories, what is broken
+  bool whole = false;   ///< every rank holds all rows, for a system on any number of ranks; else each holds its own rows
+  Parts state, memory;  ///< parts of y, and of what the system carries beside it: histories, broken parts
   std::map<std::string, double> sums;
 };
 
-/// Collective. What `system` is at y.
+/// Collective. Reads the state of `system` at y into `out`.
 PetscErrorCode read_state(System& system, double time, Vec y, bool whole, SavedState* out);
 
-/// Collective. Whether it is a state of this system: it has all of its parts, of their sizes, and no others.
+/// Collective. Whether `from` is a state of this system: it has all of the system's parts in their sizes, and no others.
 PetscErrorCode fits(System& system, const SavedState& from, bool* yes);
 
-/// Collective. y, and what `system` carries besides, become what was read. What it carries and `from` has not stays what it is.
-/// Error (exit 2): parts of other sizes, which are another system's.
+/// Collective. Sets y, and what `system` carries beside it, to the saved state. What `from` has no part for stays as it is.
+/// Error (exit 2): parts have other sizes, since they are of another system.
 PetscErrorCode put_state(System& system, const SavedState& from, Vec y);
 
-/// Collective. The same of what it carries alone, without sums.
+/// Collective. As put_state(), but only for what the system carries beside y, without the sums.
 PetscErrorCode put_memory(System& system, const SavedState& from);
 
-/// Collective. The same of parts, for arrays that go with a state.
+/// Collective. The same for single parts, such as arrays that are kept with a state.
 PetscErrorCode read_parts(MPI_Comm comm, const std::vector<StatePart>& parts, bool whole, SavedState::Parts* out);
 PetscErrorCode put_parts(MPI_Comm comm, const SavedState::Parts& from, bool whole, const std::vector<StatePart>& parts);
 

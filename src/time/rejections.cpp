@@ -38,7 +38,7 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   PetscContainer container;
   PetscFunctionBegin;
   attempts_ = Attempts(step_min, most);
-  // PETSc's own limit, ten a step, holds where it is named
+  // PETSc's own limit, ten rejections of a step, holds only where the option is given
   if (!is_given("-ts_max_reject")) PetscCall(TSSetMaxStepRejections(ts, -1));
   PetscCall(is_on("-snes_mf", &unprepared_));
   PetscCall(TSGetAdapt(ts, &adapt));
@@ -57,7 +57,8 @@ PetscErrorCode RejectionWatch::attach_solvers(TS ts, const TSContext& context) {
   PetscFunctionReturn(0);
 }
 
-/// Nothing is taken of a linear solve that left its residual, of a solve that the task finds wanting, or that comes once a step is given up.
+/// Rejects a stage whose linear solve left too large a residual, which the task's own examination finds wrong, or that comes after the step was given
+/// up.
 PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept) {
   PetscContainer container = nullptr;
   void* self = nullptr;
@@ -66,7 +67,7 @@ PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS ts, PetscReal time, Vec y
   PetscFunctionBegin;
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
-  if (reason < 0) PetscFunctionReturn(0);  // PETSc rejects it: before it asks until 3.24, afterwards since 3.25
+  if (reason < 0) PetscFunctionReturn(0);  // PETSc rejects the stage itself: before this call up to 3.24, after it since 3.25
   PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
   if (container) PetscCall(PetscContainerGetPointer(container, &self));
   RejectionWatch* watch = static_cast<RejectionWatch*>(self);
@@ -78,7 +79,7 @@ PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS ts, PetscReal time, Vec y
   PetscFunctionReturn(0);
 }
 
-/// Of a stage that was not solved for.
+/// Names the reason for which the solve of a stage failed.
 PetscErrorCode RejectionWatch::name_failure(TS ts) {
   SNES snes;
   SNESConvergedReason why;
@@ -88,7 +89,7 @@ PetscErrorCode RejectionWatch::name_failure(TS ts) {
   PetscCall(SNESGetConvergedReason(snes, &why));
   last_reason_ = reason_of(why);
   PetscCall(model_.last_fault(&fault));
-  if (!fault.empty() && why != SNES_DIVERGED_LOCAL_MIN) last_reason_ = DOMAIN_ERROR;  // a task refused what had been solved for
+  if (!fault.empty() && why != SNES_DIVERGED_LOCAL_MIN) last_reason_ = DOMAIN_ERROR;  // the task refused a converged solution
   last_ = fault.empty() ? REJECTION_REASONS[last_reason_].sentence : fault;
   if (why == SNES_DIVERGED_INNER && fault.empty()) last_ = context_->newton.gave_up();
   if (why == SNES_DIVERGED_FUNCTION_COUNT && fault.empty()) last_ = "Newton did not converge within -snes_max_funcs evaluations of the residual";
@@ -109,7 +110,7 @@ PetscErrorCode RejectionWatch::name_reason(TS ts, bool solve_failed) {
   PetscFunctionBegin;
   if (solve_failed) {
     PetscCall(name_failure(ts));
-    // nothing that the failed attempt left in the solvers goes into the next one
+    // the next attempt must not use anything that the failed one left in the solvers
     PetscCall(linear_solver_of(ts, nullptr, &pc));
     PetscCall(condensed_renew(pc));
   } else if (!stage_.good) {

@@ -10,12 +10,12 @@ namespace bs {
 namespace {
 
 struct Verlet : KeptAcceleration {
-  Vec next = nullptr;   ///< (., a_{n+1}); the one before survives a step that comes to nothing
-  Vec trial = nullptr;  ///< what a_{n+1} is taken at
+  Vec next = nullptr;   ///< (., a_{n+1}); separate from `kept`, so that a_n survives a step that fails
+  Vec trial = nullptr;  ///< the state at which a_{n+1} is evaluated
   std::array<Vec*, 3> vectors() { return {&kept, &next, &trial}; }
 };
 
-// v_h = v_n + h/2 a_n and x_{n+1} = x_n + h v_h into y, x_{n+1} and v_h + h/2 a_n into trial
+// Writes v_h = v_n + h/2 a_n and x_{n+1} = x_n + h v_h to y, x_{n+1} and v_h + h/2 a_n to trial
 PetscErrorCode kick_and_drift(Vec y, Vec kept, PetscReal h, Vec trial) {
   PetscFunctionBegin;
   const WriteArray ay(y), at(trial);
@@ -84,7 +84,7 @@ PetscErrorCode kept_acceleration(TS ts, KeptAcceleration** out) {
 
 namespace {
 
-struct Symplectic : KeptAcceleration {  // of which it keeps none
+struct Symplectic : KeptAcceleration {  // its `kept` is not used
   Vec update = nullptr;
   std::array<Vec*, 1> vectors() { return {&update}; }
 };

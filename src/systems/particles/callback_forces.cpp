@@ -35,7 +35,8 @@ void CallbackForces::create(const Network& net, const RowPattern& pattern) {
   }
 }
 
-/// Which particles are asked for, and what is between them, which there is outside of periodic boxes alone: ghosts are particles of other ranks then.
+/// Finds the particles for which the callback is asked, and the pairs between them. There are pairs outside periodic boxes only, so that ghosts are
+/// particles of other ranks, not images.
 void CallbackForces::couple() {
   const Network& net = *net_;
   std::vector<std::pair<std::int64_t, PetscInt>> local;
@@ -64,7 +65,7 @@ void CallbackForces::couple() {
   find_influences(pairs);
 }
 
-/// Of the pairs (i, j) of local particles those that a tangent has blocks of.
+/// Finds those pairs (i, j) of local particles for which the tangent has blocks.
 void CallbackForces::find_influences(const std::vector<std::pair<PetscInt, PetscInt>>& pairs) {
   const Links& links = net_->links;
   std::map<std::pair<PetscInt, PetscInt>, std::size_t> number;
@@ -76,7 +77,7 @@ void CallbackForces::find_influences(const std::vector<std::pair<PetscInt, Petsc
     const auto at = number.find({i, j});
     return at == number.end() ? NONE : at->second;
   };
-  // S is symmetric: it has both blocks of a pair of which one alone is given
+  // S is symmetric: it has both blocks of a pair even where only one of (i, j) and (j, i) is given
   for (const auto& [a, b] : pairs)
     for (const auto& [i, j] : {std::make_pair(a, b), std::make_pair(b, a)}) {
       if (i >= net_->n || net_->fixed[static_cast<std::size_t>(i)] || net_->fixed[static_cast<std::size_t>(j)]) continue;
@@ -92,7 +93,7 @@ bool CallbackForces::all_finite(const std::vector<double>& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double one) { return std::isfinite(one); });
 }
 
-/// `asked` is of the particles at this state from now on; false: it was before.
+/// Sets the time, positions and velocities of `asked` to those of this state. Returns false where they were the same already.
 bool CallbackForces::move_to(double t, const LocalState& state, Evaluation* asked) const {
   const std::size_t d = static_cast<std::size_t>(net_->dim);
   bool same = asked->known && asked->t == t;
@@ -109,7 +110,7 @@ bool CallbackForces::move_to(double t, const LocalState& state, Evaluation* aske
   return !same;
 }
 
-/// (asked, d). The callback is called once for a state, however many parts ask.
+/// The callback's forces on the particles asked for, (asked, d). It is called once for a state, however many callers need them.
 const std::vector<double>& CallbackForces::own_forces(double t, const LocalState& state) const {
   if (!move_to(t, state, &forces_)) return forces_.f;
   forces_.f.assign(forces_.x.size(), 0.0);
@@ -126,7 +127,7 @@ PetscErrorCode CallbackForces::begin_step(const Step& step, const LocalState& st
   PetscFunctionReturn(0);
 }
 
-/// (asked) at the places x, (asked, d).
+/// The callback's energies (asked) at the positions x, (asked, d).
 std::vector<double> CallbackForces::energies_at(double t, const std::vector<double>& x) const {
   std::vector<double> E(asked_.size(), 0.0);
   if (!asked_.empty()) callback_.energy(t, rows_, x.data(), E.data());

@@ -1,4 +1,4 @@
-// What every spring carries, in the input's order: strain, tension and stress as fields of the trajectory.
+// Strain, tension and stress of every spring as fields of the trajectory, in the order of the input.
 #pragma once
 #include <string>
 #include <vector>
@@ -11,12 +11,12 @@ namespace bs {
 
 class SpringFields {
  public:
-  /// Collective. Reads -bs_output_strain and -bs_output_springs. The lattice's chunk is still there; `net` must outlive the object.
+  /// Collective. Reads -bs_output_strain and -bs_output_springs. The lattice's chunk must still be in memory; `net` must outlive the object.
   PetscErrorCode create(const Network& net, const Lattice& lattice);
-  /// Whether frames have such fields.
+  /// Whether frames have any of these fields.
   bool active() const { return strain_ || carried_; }
-  /// Collective. Appends them, of the states last gathered: strain [1], tension [N], and stress [Pa] where the lattice has cross-sections. NaN where
-  /// a spring is broken or can exert no force, and as the strain of a spring of rest length 0. Vectors borrowed.
+  /// Collective. Appends the fields at the states gathered last: strain [1], tension [N], and stress [Pa] where the lattice has cross-sections. They
+  /// are NaN where a spring is broken or can exert no force; so is the strain of a spring of rest length 0. The vectors remain this object's.
   PetscErrorCode fields(const Terms& terms, const LocalState& state, std::vector<Field>* out);
 
  private:
@@ -24,7 +24,7 @@ class SpringFields {
   const Network* net_ = nullptr;
   Rows rows_;
   bool strain_ = false, carried_ = false;  ///< the two options
-  std::vector<double> area_;               ///< of this rank's rows; empty on all ranks where the lattice has none
+  std::vector<double> area_;               ///< cross-sections of this rank's rows; empty on all ranks where the lattice has none
   bool stressed_ = false;                  ///< the lattice has cross-sections
   SpringTable table_;
   VecHandle strains_, tensions_, stresses_;

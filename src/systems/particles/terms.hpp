@@ -10,34 +10,34 @@ namespace bs {
 
 class Coupling;
 
-/// Springs and the laws of single particles come first and start every sum; then what couples all particles, interactions of several ends, and what
-/// else is added. Who walks the list calls a function of Term of each, in that order: springs overwrite arrays over particles, the others add to
-/// them. Functions of Terms are those that do more, or are asked for in many places.
+/// Springs and the laws of single particles come first and start every sum; then the coupling of all particles, interactions with several ends, and
+/// any term added later. A loop over the list must keep this order: springs overwrite arrays over particles, the other terms add to them. Terms
+/// itself has functions only for what needs more than such a loop, or is used in many places.
 class Terms {
  public:
-  /// The arguments must outlive the object; `coupling`: null where nothing couples all.
+  /// The arguments must outlive the object; `coupling`: null where no force couples all particles.
   Terms(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern, Coupling* coupling = nullptr);
-  /// One more, behind the others; it must outlive the object.
+  /// Appends a term; it must outlive the object.
   void add(Term& term) { terms_.push_back(&term); }
   auto begin() const { return terms_.begin(); }
   auto end() const { return terms_.end(); }
   const PairForces& pairs() const { return *pairs_; }
-  /// Collective. What the terms so far remember of the past, and which parts of them break; `net` is that given at creation, `lattice` what it was
-  /// made of, whose chunk is still there.
+  /// Collective. Sets up the histories of the terms added so far, and which of their parts may break. `net` is the network given at creation,
+  /// `lattice` the lattice it was made of, whose chunk must still be in memory.
   PetscErrorCode remember(Network& net, const Lattice& lattice, const BreakRules& rules);
   const BreakRules& break_rules() const { return rules_; }
   Breaking& breaking() { return breaking_; }
   const Breaking& breaking() const { return breaking_; }
   bool remembers() const;
-  /// Collective. Histories, and the list of what broke.
+  /// Collective. The histories and the list of broken parts, for a checkpoint; recall() takes them over after they were read.
   PetscErrorCode gather_history(std::vector<StatePart>* parts);
   PetscErrorCode recall();
-  /// Collective. Of histories, and of kinds that may break a flag for each.
+  /// Collective. The histories as fields of a frame, and for each kind that may break a flag for every part.
   PetscErrorCode history_fields(std::vector<Field>* out);
   void keep(const Keeper& keep);
-  /// Collective. By what is whole, what broke, and with numbers that were others then [J].
+  /// Collective. Energy dissipated by parts that are whole, by those that broke, and before numbers were changed [J].
   PetscErrorCode dissipated(double* energy) const;
-  /// Collective. Numbers have changed: what was dissipated until then, `before`, stays.
+  /// Collective. To be called after numbers have changed: keeps the energy `before` that was dissipated until then [J].
   PetscErrorCode keep_dissipated(double before);
 
   PetscErrorCode gather(const LocalState& state);
@@ -61,11 +61,11 @@ class Terms {
   std::vector<Term*> terms_;  ///< all of them, in order
   BreakRules rules_;
   Breaking breaking_;
-  double dissipated_before_ = 0;  ///< beyond what the terms count by their present numbers [J]
-  mutable SparseBlocks blocks_;   ///< of the matrix that is being written
+  double dissipated_before_ = 0;  ///< dissipated before numbers were changed, which the terms no longer count [J]
+  mutable SparseBlocks blocks_;   ///< blocks of the matrix that is being written
 };
 
-/// Collective. The message for an interaction without a force; `mine`: it occurred on this rank (at least one has it).
+/// Collective. The message for an interaction whose force is not defined; `mine`: it occurred on this rank (on at least one it did).
 PetscErrorCode interaction_fault(MPI_Comm comm, bool mine, const Singularity& fault, std::string* text);
 
 /// The incremental potential of a particle system, along one line of states at a time.
@@ -85,7 +85,7 @@ class ParticlePotential final : public Incremental {
   const Terms* terms_ = nullptr;
   Vec layout_ = nullptr;
   std::string lacks_;
-  LocalState state_, line_;  ///< made at first use
+  LocalState state_, line_;  ///< created at first use
 };
 
 }  // namespace bs

@@ -17,7 +17,7 @@ bool Breaking::any() const {
   return sums_.broken > 0 || std::any_of(kinds_.begin(), kinds_.end(), [](const Breakable* kind) { return kind->given_broken(); });
 }
 
-/// Of all ranks' parts the one of the largest excess, the first kind and row among equals.
+/// Keeps, of the parts past their limits on all ranks, only the one with the largest excess; of equal ones the first by kind and row.
 PetscErrorCode Breaking::keep_worst(std::vector<PastLimit>* found) const {
   constexpr std::int64_t NONE = std::numeric_limits<std::int64_t>::max();
   double most = 0;
@@ -37,7 +37,7 @@ PetscErrorCode Breaking::keep_worst(std::vector<PastLimit>* found) const {
   PetscFunctionReturn(0);
 }
 
-/// Every rank gets the parts of all, by kind and row and each once.
+/// Gives every rank the parts of all ranks, sorted by kind and row, each once.
 PetscErrorCode Breaking::share(std::vector<PastLimit>* found) const {
   const auto place = [](const PastLimit& one) { return std::make_tuple(one.part.kind, one.part.row); };
   PetscFunctionBegin;
@@ -48,7 +48,7 @@ PetscErrorCode Breaking::share(std::vector<PastLimit>* found) const {
   PetscFunctionReturn(0);
 }
 
-/// What breaks along springs that do is added behind, and the whole is in order again.
+/// Adds what breaks together with springs that break (angle springs, hinges), and sorts the whole list again.
 PetscErrorCode Breaking::add_followers(const LocalState& state, std::vector<PastLimit>* found) const {
   std::vector<std::int64_t> springs;
   std::vector<PastLimit> after;
