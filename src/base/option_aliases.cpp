@@ -9,11 +9,11 @@ namespace bs {
 
 namespace {
 
-/// Kept whatever the PETSc, so that trajectories and checkpoints do not tell which it was; its own name since 3.25.
+/// Names that are kept with every version of PETSc, so that trajectories and checkpoints do not depend on it, and PETSc's own names since 3.25.
 constexpr const char* const KEPT[][2] = {
     {"-ts_dt", "-ts_time_step"}, {"-ts_max_reject", "-ts_max_step_rejections"}, {"-ts_ssp_nstages", "-ts_ssp_num_stages"}};
 
-// Before 3.24 and since.
+// The names before PETSc 3.24, and those since.
 constexpr const char* const LONGEST[] = {"-snes_linesearch_maxstep", "-snes_linesearch_maxlambda"};
 constexpr const char* const SECANT[] = {"l2", "secant"};
 constexpr int NOW = PETSC_VERSION_LT(3, 24, 0) ? 0 : 1;
@@ -32,7 +32,7 @@ std::string known_value(const std::string& name, const std::string& value) {
 }
 
 void translate_old_and_new_names(int argc, char** argv) {
-  static std::vector<std::vector<char>> names;  // argv points into it
+  static std::vector<std::vector<char>> names;  // argv points into these texts
   for (int k = 1; k < argc; ++k) {
     const std::string kept = kept_name(argv[k]);
     if (kept == argv[k]) continue;
@@ -72,7 +72,7 @@ PetscErrorCode with_names_of_petsc(MPI_Comm comm, const std::function<PetscError
   }
   PetscCall(read());
   PetscCall(unify_option_names(comm));
-  for (const auto& both : KEPT) (void)is_given(both[0]);  // they were read
+  for (const auto& both : KEPT) (void)is_given(both[0]);  // so that they count as used
   PetscFunctionReturn(0);
 }
 

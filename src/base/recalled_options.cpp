@@ -13,7 +13,7 @@ namespace bs {
 namespace {
 
 struct Recalled {
-  std::string from, written;  ///< written: the name as it stands there
+  std::string from, written;  ///< from: the checkpoint; written: the name as it stands in it
   bool own;
 };
 
@@ -29,7 +29,7 @@ std::string shown(const std::string& option, const std::string& value) {
   return option.substr(0, most + 1) + (value.empty() ? "" : " " + (value.size() > most ? value.substr(0, most) + "..." : value));
 }
 
-/// Whether `path`, links followed, lies in `folder` or below it.
+/// Whether `path` lies in `folder` or below it, after links were followed.
 bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
   std::error_code none;
   const auto top = std::filesystem::canonical(folder, none);
@@ -92,10 +92,10 @@ std::string fault_of_recalled_input(MPI_Comm comm, const std::string& option, co
   const std::string remedy = ": give " + option + " again to read it all the same";
   std::error_code none;
   const auto place = std::filesystem::canonical(path, none);
-  if (none) return {};  // its reader says that it is not there
+  if (none) return {};  // the file does not exist: its reader reports that
   if (!std::filesystem::is_regular_file(place, none)) return begin + "is no regular file" + remedy;
   std::vector<std::string> folders;
-  for (const std::string& own : shared_folders())  // of a build folder its parts are links
+  for (const std::string& own : shared_folders())  // in a build folder these subfolders are links
     for (const char* part : {"", "/meshes", "/options"}) folders.push_back(own + part);
   folders.push_back(".");
   folders.push_back(std::filesystem::absolute(from, none).parent_path().string());

@@ -1,4 +1,4 @@
-// Signals of the process, and the last safety net: unexpected exceptions and crashes also end with one line and an exit code.
+// Signal handlers, and the last resort for unexpected exceptions and crashes, which also end with one line and an exit code.
 #pragma once
 #include <mpi.h>
 #include <petscsys.h>
@@ -8,8 +8,8 @@ namespace bs {
 
 /// Local. From here on an uncaught exception (most often std::bad_alloc) is reported in one line and ends the
 /// program with the exit code of the present phase of `comm`, on all ranks; a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) is
-/// reported in one line and ends it with 128 + signal, or with Exit::input while a ReadingFile exists. `trace`: PETSc's own handler of signals,
-/// which prints its traceback, stays.
+/// reported in one line and ends it with 128 + signal, or with Exit::input while a ReadingFile exists. `trace`: keeps PETSc's own signal handler,
+/// which prints its traceback.
 PetscErrorCode install_crash_handler(MPI_Comm comm, bool trace);
 
 /// To be called when the program ends normally. An exit() before that, by a library, is reported in one line and ends with the exit
@@ -20,10 +20,10 @@ void expect_exit();
 /// and its exit ends the others.
 [[noreturn]] void end_with_line(const char* text, Exit exit);
 
-/// Local. The work space of BLAS is taken before anything else can use the memory up. OpenBLAS maps a work space (128 MB of addresses in Debian's
-/// build) at its first large call, keeps it, and asks for it again and again without end where there is no memory. So the first call is made here,
-/// watched by a clock of processor time: where it does not come back, the program ends with one line and Exit::input. Call after
-/// install_crash_handler() and before anything large.
+/// Local. Makes BLAS allocate its work space before anything else can use up the memory. OpenBLAS maps a work space (128 MB of addresses in Debian's
+/// build) at its first large call and keeps it; where there is no memory it tries again for ever. So the first such call is made here, limited by a
+/// timer of processor time: if it does not return, the program ends with one line and Exit::input. To be called after install_crash_handler() and
+/// before any large allocation.
 PetscErrorCode reserve_blas_memory();
 
 /// From now on SIGTERM and SIGINT end a run on `comm` after the present step (base/context.hpp), a second one of them (0.2 s later, and not the first

@@ -1,5 +1,5 @@
-// Option files: found by name, those installed with the program from any folder; and read as PETSc will read them, one inside the other, so that what
-// it would read for ever, or crash by, is refused first.
+// Option files: found by name, those installed with the program from any folder. They are read here first as PETSc will read them, including the
+// files that they name, so that a file which PETSc would read for ever or crash on is refused.
 #include <dirent.h>
 #include <strings.h>
 #include <sys/stat.h>
@@ -30,7 +30,7 @@ std::vector<std::string> option_places() {
   return places;
 }
 
-/// Names without .yaml of the option files that come with the program.
+/// Names, without .yaml, of the option files that come with the program.
 std::set<std::string> shipped() {
   std::set<std::string> names;
   for (const std::string& place : option_places())
@@ -72,7 +72,7 @@ std::string not_found(const std::string& name) {
 }  // namespace
 
 std::string find_option_files(int argc, char** argv, std::vector<std::string>* folders) {
-  static std::vector<std::string> kept;  // argv points into it
+  static std::vector<std::string> kept;  // argv points into these texts
   kept.reserve(static_cast<std::size_t>(argc));
   for (int k = 1; k + 1 < argc; ++k) {
     if (strcasecmp(argv[k], "-options_file") != 0 && strcasecmp(argv[k], "-options_file_yaml") != 0) continue;
@@ -95,7 +95,7 @@ struct OptionFile {
   bool yaml = false;
 };
 
-/// ${NAME} of the environment in a path, as PETSc replaces it.
+/// Replaces ${NAME} in a path by the variable of the environment, as PETSc does.
 std::string expanded(std::string path) {
   for (std::size_t at = 0; (at = path.find("${", at)) != std::string::npos; ++at) {
     const std::size_t end = path.find('}', at);
@@ -120,7 +120,7 @@ OptionFile named(const std::string& given, bool yaml, const std::string& place) 
   return {path, place, yaml};
 }
 
-/// Those that a file of PETSc's own form names: a name and its value on each line, # begins a comment.
+/// The option files that a plain option file names: it has a name and a value on each line, and # begins a comment.
 std::vector<OptionFile> named_in(const std::string& text, const std::string& path) {
   std::vector<OptionFile> files;
   std::istringstream in(text);
@@ -144,7 +144,7 @@ std::string fault_of_kind(const std::string& name, const struct stat& info) {
   return {};
 }
 
-/// `above`: the files that are being read when this one is.
+/// `above`: the files by which this one is named, directly or indirectly, to detect a cycle.
 std::string fault_of_file(const OptionFile& file, std::vector<struct stat>* above) {
   struct stat info = {};
   const std::string name = file.place + "option file " + file.path;

@@ -26,7 +26,7 @@ void add_masses(const XspScene& scene, Lattice* out) {
   out->particle_columns.push_back(std::move(radius));
 }
 
-/// Springs dropped for one reason: how many, and the first of them.
+/// Counts the springs that were dropped for one reason, and keeps the first of them.
 struct Dropped {
   std::int64_t count = 0;
   const XspSpring* first = nullptr;
@@ -65,7 +65,7 @@ void add_springs(const XspScene& scene, const std::string& name, Lattice* out) {
 
 std::string pair_of(double a, double b) { return plain_number(a + 0.0) + "," + plain_number(b + 0.0); }  // no -0
 
-/// Centre C of forces 1 and 2: a particle, or the middle of the window.
+/// Sets the centre C of forces 1 and 2: a particle, or the middle of the window.
 void add_center(const XspScene& scene, const std::string& name, double width, double height, Lattice* out) {
   if (!scene.force[1].on && !scene.force[2].on) return;
   const auto row = scene.row_of.find(scene.center);
@@ -110,7 +110,7 @@ void add_forces(const XspScene& scene, const std::string& name, double width, do
   if (scene.step > 0) options.emplace_back("-ts_dt", plain_number(scene.step));
 }
 
-/// One line for all that the scene asks for and is not modelled, one for words that mean nothing.
+/// Warns in one line of everything in the scene that is not modelled, and in another of unknown words.
 void add_warnings(const XspScene& scene, const std::string& name, Lattice* out) {
   static const char* const side[4] = {"top", "left", "right", "bottom"};
   std::string walls;

@@ -10,11 +10,11 @@ namespace {
 
 constexpr double THIN = 10;
 constexpr double UNEVEN = 100;
-constexpr double LINE = 1e-6;  // of its length: what a line may be off straight
-constexpr double FLAT = 1e-2;  // of the most frequent direction: a direction that pairs do not lie in
+constexpr double LINE = 1e-6;  // a body whose second extent is below this share of its length is a line
+constexpr double FLAT = 1e-2;  // pairs count as not lying in a direction that has less than this share of the most frequent direction
 constexpr double SHEAR = 0.1;  // least_resisted_strain below which some strain counts as not resisted
 
-/// Eigenvalues, ascending, of the symmetric A (n, n), whose rows become its eigenvectors.
+/// Computes the eigenvalues of the symmetric A (n, n) in ascending order; the rows of A become the eigenvectors.
 PetscErrorCode diagonalise(double* A, PetscBLASInt n, double* values) {
   double work[64];
   PetscBLASInt room = 64, info = 0;
@@ -44,7 +44,7 @@ PetscErrorCode least_resisted_strain(const PairMatrix& S, double* ratio) {
     for (int k = 0; k < 81 && square > 0; ++k) C[k] += part * n[k / 27] * n[k / 9 % 3] * n[k / 3 % 3] * n[k % 3] / (square * square);
   };
   pattern.for_near([&](PetscInt i, PetscInt j) { add(i, j, 1); });
-  for (std::size_t r = 0; r < pattern.cut_row.size(); ++r)  // met on both ranks: half on each
+  for (std::size_t r = 0; r < pattern.cut_row.size(); ++r)  // such pairs are met on both ranks: each counts half
     for (PetscInt k = pattern.cut_start[r]; k < pattern.cut_start[r + 1]; ++k) add(pattern.cut_row[r], pattern.n + pattern.ghost[k], 0.5);
   PetscCall(MPIU_Allreduce(MPI_IN_PLACE, C, 81, MPI_DOUBLE, MPI_SUM, graph.comm));
   for (int k = 0; k < 81; ++k)
@@ -54,7 +54,7 @@ PetscErrorCode least_resisted_strain(const PairMatrix& S, double* ratio) {
   for (int p = 0; p < 3; ++p)
     for (int q = p; q < 3; ++q) {
       if (!(size[p] > FLAT * size[2])) continue;
-      for (int k = 0; k < 9; ++k)  // of length 1
+      for (int k = 0; k < 9; ++k)  // strains of norm 1
         strain[strains][k] = (B[3 * p + k / 3] * B[3 * q + k % 3] + B[3 * q + k / 3] * B[3 * p + k % 3]) * (p == q ? 0.5 : std::sqrt(0.5));
       ++strains;
     }
@@ -69,7 +69,7 @@ PetscErrorCode least_resisted_strain(const PairMatrix& S, double* ratio) {
   PetscFunctionReturn(0);
 }
 
-/// Whether the body is thin, but no line, and of even stiffness.
+/// Whether the body is thin but not a line, and its stiffnesses differ little.
 static PetscErrorCode bends(const Graph& graph, bool* yes) {
   const int d = graph.dim;
   double low[8];  // lower and minus upper corner, smallest and minus largest stiffness

@@ -16,10 +16,10 @@ class Xdmf {
   explicit operator bool() const { return !trajectory_.empty(); }
   std::string name() const { return trajectory_ + ".xdmf"; }
   /// Replaces the sidecar by one of the frames in `file` (by rename: a reader meets the old or the new one). Up to 100
-  /// frames that is done at every call, later only when two percent have come on top, or `last` is said: the work
-  /// a frame stays bounded. `reason` receives why it could not be written, or nothing.
+  /// frames this is done at every call, later only when two percent more frames have come, or where `last` is set, so that the work
+  /// per frame stays bounded. `reason` receives why the file could not be written, or is left empty.
   PetscErrorCode update(hid_t file, bool last, std::string* reason);
-  /// Something else than frames has come: the next update writes the sidecar anew.
+  /// To be called when anything other than frames was added to the file: the next update writes the sidecar anew.
   void renew() { described_ = -1; }
 
  private:
@@ -33,7 +33,7 @@ bool is_sidecar(const std::string& file);
 /// Local. Removes the sidecar of `trajectory` that an earlier run left: its frames are not those of the trajectory any more. Nothing else is removed.
 void remove_sidecar(const std::string& trajectory);
 
-/// Local. Whether a sidecar, which is XML, can say the file's name: well-formed UTF-8 without control characters.
+/// Local. Whether a sidecar, which is XML, can hold the file's name: well-formed UTF-8 without control characters.
 bool fits_xml(const std::string& name);
 
 }  // namespace bs

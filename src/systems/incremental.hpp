@@ -6,7 +6,7 @@
 
 namespace bs {
 
-/// What a potential changes by, beyond its slope, and the rounding error in that.
+/// Change of a potential beyond its slope, and the rounding error of that change.
 struct PotentialChange {
   double value = 0, noise = 0;
 };
@@ -19,18 +19,19 @@ struct PotentialChange {
 class Incremental {
  public:
   virtual ~Incremental() = default;
-  /// Empty, or what acts without such a potential.
+  /// The name of a force that has no such potential; empty: all forces have one.
   virtual std::string lacks_potential() const = 0;
-  /// v += M^-1 F_x in y = (x, v): with F the residual at y, the velocity at which F_x vanishes.
+  /// Adds M^-1 F_x to v in y = (x, v), where F is the residual at y: F_x vanishes at the new velocity.
   virtual PetscErrorCode add_kinematic(Vec F, Vec y) = 0;
-  /// Collective. Keeps the line y + lambda z; z_x = z_v/sigma, zero at fixed particles.
+  /// Collective. Sets the line y + lambda z that the functions below use; z_x = z_v/sigma, and z is zero at fixed particles.
   virtual PetscErrorCode follow(Vec y, Vec z) = 0;
-  /// Collective. Phi(v + lambda z_v) - Phi(v) - lambda F_v.z_v on the line kept. Summed from terms that are of second order
-  /// each, so that nothing cancels however large Phi is. Not finite: a law has no value there.
+  /// Collective. Phi(v + lambda z_v) - Phi(v) - lambda F_v.z_v on that line. Summed from terms of second
+  /// order, so that nothing cancels however large Phi is. Not finite where a law is not defined.
   virtual PetscErrorCode beyond_slope(double t, double sigma, double lambda, PotentialChange* change) = 0;
   /// Whether forces limit how far a state may go at once; the same on every rank, and also where they have no potential.
   virtual bool limits_steps() const { return false; }
-  /// Collective. The largest lambda that they allow on the line kept, of which the positions alone count: infinite where all may be, 0 where none.
+  /// Collective. The largest lambda that forces allow on that line, by its positions alone: infinite where there is no limit, 0 where no step is
+  /// allowed.
   virtual PetscErrorCode largest_lambda(double /* t */, double* lambda) {
     *lambda = std::numeric_limits<double>::infinity();
     return 0;

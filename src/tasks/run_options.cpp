@@ -138,7 +138,7 @@ PetscErrorCode read_run_options(MPI_Comm comm, Steps steps, RunOptions* out) {
 
 namespace {
 
-/// Files of an earlier run, in the place of which this one will write its own.
+/// Files of an earlier run that this run will replace by its own.
 struct EarlierResults {
   std::vector<std::string> files;
 };

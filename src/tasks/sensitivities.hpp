@@ -1,4 +1,4 @@
-// What a quantity of an equilibrium changes by with the numbers of its springs.
+// Derivatives of a quantity of an equilibrium by the numbers of its springs.
 #pragma once
 #include <petscts.h>
 #include <string>

@@ -1,4 +1,4 @@
-// The inner solver from its options: storage of S, solver, preconditioner; what it says of itself in the header, in the report, after a failure.
+// Sets up the inner solver from its options (storage of S, solver, preconditioner), and describes it for the header, the report and error messages.
 #include <algorithm>
 #include "base/collective.hpp"
 #include "base/error.hpp"
@@ -9,7 +9,7 @@
 namespace bs {
 
 PetscErrorCode InnerSolver::create(Tangent& tangent, const CondensedDemand& demand, const char* outer_prefix) {
-  constexpr double CHEAP = 1, DEAR = 1.3;  // of factors of springs, which take the time of five iterations, and of others
+  constexpr double CHEAP = 1, DEAR = 1.3;  // default of -refresh for factors of springs, which take the time of five iterations, and for others
   PetscReal refresh = CHEAP;
   PetscBool given = PETSC_FALSE, own_refresh = PETSC_FALSE;
   PetscFunctionBegin;
@@ -37,7 +37,7 @@ PetscErrorCode InnerSolver::create(Tangent& tangent, const CondensedDemand& dema
   PetscFunctionReturn(0);
 }
 
-/// The storage of S, which depends on the type of the solver; then S, the solver, and every other option.
+/// Chooses the storage of S, which depends on the type of the solver, then creates S and the solver and reads all other options.
 PetscErrorCode InnerSolver::create_solver() {
   PetscBool preonly = PETSC_FALSE;
   PetscFunctionBegin;
@@ -74,7 +74,7 @@ PetscErrorCode InnerSolver::ask_for_inertia() {
 // factor) 8.7 and 49 s, two of them on two ranks 11 and 40 s; 4 of a diluted periodic net of 40 x 40 (7e3) 9.3 and 3.3 s, two on two ranks,
 // elapsed, 2.5 and 1.5 s; 20 time steps of a net of 50 x 50 (3.6e3) 0.80 and 0.72 s, a cube of 7^3 (1.9e4) 0.42 and 0.34 s.
 PetscErrorCode InnerSolver::set_direct(PC pc, PCType type, PetscMPIInt ranks) {
-  constexpr double LITTLE = 1e7, THIN = 5e3;  // operations altogether, and for each unknown
+  constexpr double LITTLE = 1e7, THIN = 5e3;  // operations in all, and per unknown
   PetscBool own_type = PETSC_FALSE, own_package = PETSC_FALSE;
   PC factors = pc;
   PetscFunctionBegin;
@@ -104,7 +104,7 @@ PetscErrorCode InnerSolver::set_defaults() {
     PetscFunctionReturn(0);
   }
   PetscCall(KSPSetType(ksp_, KSPCG));
-  // the residual Newton asked to shrink; some methods know another one only
+  // the norm that Newton's tolerance is meant for; some other methods can only use another one
   char own[64] = KSPCG;
   PetscCall(PetscOptionsGetString(nullptr, prefix_.c_str(), "-ksp_type", own, sizeof own, nullptr));
   if (std::string(own) == KSPCG) PetscCall(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));

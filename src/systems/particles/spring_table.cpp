@@ -12,8 +12,8 @@ PetscErrorCode SpringTable::create(const Network& net, const Rows& rows) {
   net_ = &net;
   rows_ = static_cast<PetscInt>(rows.count);
   const std::vector<std::int64_t> row = net.local_rows();
-  // A spring is in the rows of both its ends: the one of the lower row in the input evaluates it, on any number of ranks. Of a spring between a
-  // particle and its own image, which has both links there, the first does.
+  // A spring is listed at both of its ends. The end with the lower row in the input evaluates it, on any number of ranks; a spring between a particle
+  // and its own image is listed twice there, and the first entry evaluates it.
   const auto begin = net.links.spring.begin();
   for (PetscInt i = 0; i < net.n; ++i)
     for (PetscInt k = net.links.start[i]; k < net.links.start[i + 1]; ++k) {
