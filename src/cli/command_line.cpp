@@ -1,6 +1,7 @@
 #include "cli/command_line.hpp"
 #include <petscsys.h>
 #include <yaml.h>
+#include <algorithm>
 #include <cctype>
 #include <cstdarg>
 #include <cstdio>
@@ -87,8 +88,20 @@ std::vector<std::string> stray_words(const std::vector<std::string>& words) {
   return stray;
 }
 
+/// PETSc takes an option of its own that wants a number or a name and has none for one that is not given.
+static bool needs_value(const std::string& name) {
+  static const char* const ends[] = {"_dt",   "_time_step", "_init_time", "_max_time", "_max_steps", "_rtol",
+                                     "_atol", "_stol",      "_divtol",    "_max_it",   "_type",      "_max_reject"};
+  return name.rfind("-bs_", 0) != 0 && std::any_of(std::begin(ends), std::end(ends), [&](const std::string& end) {
+           return name.size() > end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0;
+         });
+}
+
 std::string fault_of_form(const std::vector<std::string>& words) {
-  for (const std::string& word : words) {
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    const std::string& word = words[k];
+    if (is_option(word) && needs_value(word) && (k + 1 == words.size() || is_option(words[k + 1])))
+      return "option " + word + " needs a value: write it behind the name, with a blank between them";
     const std::size_t dashes = word.find_first_not_of('-'), equals = word.find('=');
     if (dashes == 0 || dashes == std::string::npos || !std::isalpha(static_cast<unsigned char>(word[dashes]))) continue;
     const std::string name = "-" + word.substr(dashes, equals == std::string::npos ? equals : equals - dashes);

@@ -117,6 +117,7 @@ class Run {
   PetscErrorCode warn_of_interval();
   PetscErrorCode print_header(const std::string& solver);
   PetscErrorCode prepare_solvers();
+  PetscErrorCode check_end();
   PetscErrorCode continue_from_checkpoint();
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);

@@ -6,6 +6,8 @@
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"
+#include "base/recalled_options.hpp"
+#include "base/rounding.hpp"
 #include "base/text.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/run.hpp"
@@ -187,11 +189,25 @@ PetscErrorCode Run::set_up() {
   PetscFunctionReturn(0);
 }
 
+/// An end that is given for a continued run and lies before the checkpoint is a mistake.
+PetscErrorCode Run::check_end() {
+  PetscReal end = 0;
+  const double now = stepper_->good_time();
+  PetscFunctionBegin;
+  PetscCall(TSGetMaxTime(ts_, &end));
+  if (is_given("-ts_max_time") && !is_recalled(model_.comm(), "-ts_max_time") && end < now - time_rounding(now))
+    PetscCall(fail(model_.comm(), Exit::input,
+                   format("option -ts_max_time: %g: %s is at t = %s s already: give a later end, or leave it out", end, restart_->name().c_str(),
+                          time_number(now).c_str())));
+  PetscFunctionReturn(0);
+}
+
 /// Goes on from a checkpoint; says what is not as it was.
 PetscErrorCode Run::continue_from_checkpoint() {
   std::vector<std::string> changed;
   PetscFunctionBegin;
   PetscCall(stepper_->restore(ts_, *restart_, &changed));
+  if (hooks_.only_run) PetscCall(check_end());
   warnings_.restore(restart_->run());
   start_ = stepper_->start();
   continued_ = restart_->run();

@@ -157,6 +157,25 @@ def jumps(checks, folder):
         checks.true(f"{name}: order 2", abs(found - 2) <= 0.1, f"{found:.3f}, errors {errors}")
 
 
+def bends(checks, folder):
+    """A support that follows a table, whose rows lie where steps end, shakes a mass by a spring and a damper: m x'' = k (s - x) + d (s' - x'), against SciPy."""
+    T, d, rows = 1.2, 4.0, np.array([[0, 0], [0.3, 0.2], [0.6, -0.1], [1.2, 0.1]])
+    np.savetxt(folder / "shake.csv", rows, delimiter=",", header="t,s", comments="")
+    path = named(write_lattice(folder / "b.h5", [[0.0], [1.0]], M, pairs=[[0, 1]], stiffness=K, rest_length=1.0, damping=d), support=[0])
+    y = np.zeros(2)
+    for (t0, s0), (t1, s1) in zip(rows, rows[1:]):
+        v = (s1 - s0) / (t1 - t0)
+        y = solve_ivp(lambda t, y: [y[1], (K * (s0 + v * (t - t0) - y[0]) + d * (v - y[1])) / M], (t0, t1), y, rtol=1e-12, atol=1e-14).y[:, -1]
+    base = {"bs_lattice_file": path, "bs_motion_support": f"x=table:{folder / 'shake.csv'}", "ts_adapt_type": "none", "ts_max_time": T}
+    for name, options in (("cn", direct(checks.ranks)), ("bdf", direct(checks.ranks)), ("theta", {**direct(checks.ranks), "ts_theta_endpoint": 0}), ("verlet", {})):
+        errors, counts = [], (120, 240, 480)
+        for n in counts:
+            r = checks.run({**base, **options, "ts_type": name, "ts_dt": T / n}, interval=T).trajectory
+            errors.append(np.hypot(r.position[-1, 1, 0] - 1 - y[0], (r.velocity[-1, 1, 0] - y[1]) / np.sqrt(K / M)))
+        found = observed_orders([T / n for n in counts], errors)[-1]
+        checks.true(f"{name}: order 2", abs(found - 2) <= 0.15, f"{found:.3f}, errors {errors}")
+
+
 def two_centres(checks, folder):
     """A particle between two masses that are at rest (Euler's problem of two fixed centres): its energy and its second invariant
     L1 L2 + 2 a (m1 cos(theta1) - m2 cos(theta2)) with Li = r_i x v, theta_i the angle of r_i, centres at -a and a; SciPy's path; a third mass on the way; a statics' equilibrium."""
@@ -378,4 +397,4 @@ def continued(checks, folder):
 
 
 if __name__ == "__main__":
-    run_parts("given forces", (masks, two_springs, scaled, moments, oscillator, jumps, two_centres, travels, star_dome, boxes, driven, breaks, continued))
+    run_parts("given forces", (masks, two_springs, scaled, moments, oscillator, jumps, bends, two_centres, travels, star_dome, boxes, driven, breaks, continued))

@@ -174,11 +174,7 @@ std::vector<std::string> LinearModel::describe() const {
 }
 
 std::vector<Tally> LinearModel::tallies() const {
-  if (fillings_ > 0)
-    return {{"matrix_setups",
-             fillings_ == 1 ? "set-up of the step's matrix (factored as often, where it is)"
-                            : "set-ups of the step's matrix (factored as often, where it is)",
-             fillings_}};
+  if (fillings_ > 0) return {{"matrix_setups", "set-up{s} of the step's matrix (factored as often, where it is)", fillings_}};
   return {{"matrix_setups", diagonal_ ? "factorisations: C is diagonal" : "factorisation of C", diagonal_ ? 0 : 1}};
 }
 

@@ -165,6 +165,12 @@ TEST_CASE("tables are followed from row to row") {
   drive.at(4, x0, x, v, a);
   CHECK(x[1] == 8);
   CHECK(v[1] == 0);
+  drive.set_even_ends(0);  // the mean of the slopes 2 and -0.5
+  drive.at(1, x0, x, v, a);
+  CHECK(x[1] == 9);
+  CHECK(v[1] == 0.75);
+  drive.at(2, x0, x, v, a);
+  CHECK(v[1] == -0.5);
   CHECK(drive.misses(3).empty());
   CHECK(drive.misses(3.1) == "does not reach the end of the run");
   CHECK(drive.misses(-0.1) == "begins after the end of the run");

@@ -30,6 +30,17 @@ TEST_CASE("Constant and step") {
   CHECK_FALSE(wave("step(3,1)").constant());
 }
 
+TEST_CASE("Before a jump a waveform has its limit from the left, elsewhere what it is") {
+  CHECK(wave("step(3,2,1)").before(2) == 1);
+  CHECK(wave("step(3,2,1)").before(2.5) == 4);
+  const bs::Waveform square = wave("pulse(amp=1,t0=1,width=2,period=4,offset=5)"), slope = wave("pulse(amp=4,t0=1,rise=0.5,width=2,fall=1)");
+  const double times[] = {1, 2, 3, 4, 5, 7}, values[] = {5, 6, 6, 5, 5, 6};
+  for (int k = 0; k < 6; ++k) CHECK(square.before(times[k]) == values[k]);
+  for (const double t : {1.0, 1.25, 1.5, 3.5, 4.5}) CHECK(slope.before(t) == slope.at(t));
+  CHECK(wave("PULSE(0 2 0.25 0 0.05 0.2 0.5)").before(0.75) == 0);
+  CHECK(wave("PULSE(0 5 0 0.1 0.1 0.1 0.3)").at(0.65) == Approx(2.5));  // a train without a pause: its parts are longer than its period by rounding
+}
+
 TEST_CASE("Pulse: every piece, its knots, and its period") {
   const bs::Waveform w = wave("pulse(amp=4,t0=1,rise=0.5,width=2,fall=1,offset=-1)");
   const double times[] = {0, 1, 1.25, 1.5, 3, 3.5, 4, 4.5, 9}, values[] = {0, 0, 2, 4, 4, 4, 2, 0, 0};
