@@ -29,7 +29,7 @@ def _limit(axes: Any, ends: Floats, solid: bool) -> None:
     half = np.maximum((high - low) / 2 + 0.05 * longest, 0.2 * longest if solid else 0.0)
     for axis, middle, h in zip("xyz", (low + high) / 2, half):
         getattr(axes, f"set_{axis}lim")(middle - h, middle + h)
-        getattr(axes, f"set_{axis}label")(f"${axis}$ / m")
+        getattr(axes, f"set_{axis}label")(f"${axis}$ [m]")
         if solid:
             getattr(axes, f"{axis}axis").labelpad = (4 if axis == "z" else 0) + min(4 * half.max() / half.min(), 12)  # beside the numbers, also of slender bodies
             axes.locator_params(axis=axis, nbins=max(1, round(5 * h / half.max()) - 1))

@@ -97,7 +97,7 @@ class Equilibrium:
         look: size [inch], dpi, cmap."""
         from .picture import draw
 
-        return draw(self.lattice, self.x, self.tension, "tension / N", f"load factor {self.load_factor:g}", file=file, box=self.box, **look)
+        return draw(self.lattice, self.x, self.tension, "tension [N]", f"load factor {self.load_factor:g}", file=file, box=self.box, **look)
 
     def _repr_html_(self) -> str:
         rows = {"load factor": f"{self.load_factor:g}", "elastic energy": looks.number(self.energy, "J"), "largest tension": looks.number(looks.most(self.tension), "N"),
