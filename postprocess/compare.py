@@ -121,7 +121,7 @@ def draw(path, found, a, args):
             ax.plot(d.times, args.atol + args.rtol * d.scale, color="#777777", lw=0.9, ls=(0, (1, 1.2)), label="tolerance")
             if np.any(d.largest > 0) or args.atol + args.rtol * d.scale.max() > 0:
                 ax.set_yscale("log")
-            figures.finish(ax, a, figures.axis_label(f"difference of {d.quantity}", a.unit(d.quantity)))
+            figures.finish(ax, [a], figures.axis_label(f"difference of {d.quantity}", a.unit(d.quantity)))
         settle(figure)
         figure.savefig(path, dpi=200, facecolor="white")
         plt.close(figure)

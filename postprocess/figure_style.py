@@ -2,6 +2,8 @@
 import matplotlib
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
+
+from backspring_io import RunError
 matplotlib.use("Agg")
 
 ROUNDING = 1e-12  # of what a quantity could be: less than this share of it is rounding, and drawn as 0
@@ -25,10 +27,8 @@ def number(value, form=".4g"):
     """A number in words of a picture as axes have theirs: in figures below 100 000, with a power of ten above and where it is very small."""
     text = f"{value:{form}}"
     mantissa, exponent, power = text.partition("e")
-    if not exponent:
-        return text
-    if 0 <= int(power) < 5:
-        return f"{float(text):.0f}"
+    if not exponent or 0 <= int(power) < 5:
+        return (f"{float(text):.0f}" if exponent else text).replace("-", "−")
     factor = {"1": "", "-1": "-"}.get(mantissa, mantissa + r"\times")
     return f"${factor}10^{{{int(power)}}}$"
 
@@ -63,13 +63,23 @@ def axis_label(name, unit):
     return f"{name} [{written(unit)}]" if unit else name
 
 
-def time_label(run):
-    """The times of a static analysis are its load factors, the way along a path by arc length, or load factors and the time that motions after breaks have taken."""
-    if not run.static:
-        return axis_label("time $t$", run.unit("time"))
-    if list(run.series["load_factor"]) == list(run.observable_times):
-        return "load factor"
-    return "arc length" if run.parameters.get("bs_load_control") == "arc" else "load factor + " + axis_label("time of motions", run.unit("time"))
+def progress_of(run):
+    """What the frames of a run follow one another by."""
+    return "time" if not run.static else "arc length" if run.parameters.get("bs_load_control") == "arc" else "load factor"
+
+
+def time_label(runs, of_steps=False):
+    """The times of a static analysis are its load factors, the way along a path by arc length, or load factors and the time that motions after breaks have taken, which are
+    not among the steps. Raises RunError where runs have no such axis in common."""
+    words = progress_of(runs[0])
+    for run in runs[1:]:
+        if progress_of(run) != words:
+            raise RunError(f"{runs[0].path} goes by {words}, {run.path} by {progress_of(run)}: they have no axis in common; plot them one at a time, or together what has no such "
+                           "axis: --kind state,histogram, of static analyses --kind force, too")
+    if words == "time":
+        return axis_label("time $t$", runs[0].unit("time"))
+    moved = words == "load factor" and not of_steps and any(list(run.series["load_factor"]) != list(run.observable_times) for run in runs)
+    return "progress: load factor + " + axis_label("time in motion", runs[0].unit("time")) if moved else words
 
 
 def moment(run, row, form=".4g"):
@@ -97,10 +107,10 @@ def key(ax, **more):
         ax.legend(loc="upper left", borderaxespad=0.0, **more).movable = True
 
 
-def finish(ax, run, ylabel, **legend):
-    """Labels of a panel over time, and its legend."""
-    ax.set_xlabel(time_label(run))
-    if not run.static and run.unit("time") == "s":
+def finish(ax, runs, ylabel, of_steps=False, **legend):
+    """Labels of a panel over time, that of frames or of steps, and its legend."""
+    ax.set_xlabel(time_label(runs, of_steps))
+    if not runs[0].static and runs[0].unit("time") == "s":
         scaled_seconds(ax)
     ax.set_ylabel(ylabel)
     ax.margins(x=0.01)
@@ -113,13 +123,21 @@ def scaled_seconds(ax):
     for unit, factor, below in (("ms", 1e3, 0.02), ("µs", 1e6, 1e-3), ("ns", 1e9, 1e-6)):
         if not 0 < top < below:
             return
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda t, _, factor=factor: f"{t * factor:.6g}"))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda t, _, factor=factor: number(t * factor, ".6g")))
         ax.set_xlabel(axis_label("time $t$", unit))
 
 
 def short_marks(count):
     """Size and opacity of a point's mark where `count` of them share a panel."""
     return (4.0, 0.9) if count <= 150 else (2.5, 0.7) if count <= 1000 else (1.6, 0.45)
+
+
+def mark_points(ax, few=10):
+    """Marks the points of curves that have fewer than `few`, so that a straight line between two of them is not taken for a result."""
+    for line in ax.lines:
+        data = line.get_data_3d() if ax.name == "3d" else line.get_data()
+        if line.get_transform() == ax.transData and line.get_marker() in ("None", "none", "") and 0 < np.isfinite(np.array(data, float)).all(axis=0).sum() < few:
+            line.set(marker="o", markersize=3.5)
 
 
 def width(i, several):

@@ -2,15 +2,17 @@
 import numpy as np
 from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 
+from energy_books import BOOKS, books_of, lost_of, signs, work_of
 from figure_style import COLORS, DASHES, axis_label, cleared, few_powers, finish, key, missing, moment, width
 from figures_motion import paths, phase, sources, state, states, units_drawn, varying_sources
 from figures_steps import iterations, steps
 from figures_modes import bfactor, debye, dos, participation, spectrum
 from figures_networks import avalanches, nonaffine, nonaffine_field
 from figures_stress import modulus, stress
-from figures_supports import force, work_of
+from figures_supports import force
 from scene import sample
 
+BOOKED = {"dissipated": COLORS[5], "broken": COLORS[7], "released": COLORS[6]}
 TIMES = ["#a9c6e4", "#5c94cc", "#1f5fa8", "#0b2f5c"]  # early to late
 
 
@@ -37,8 +39,7 @@ def parts_of(run):
 
 
 def energy(ax, runs, labels, args):
-    """Energies over time; of a single run also what was lost since the start, E(0) + W - E, with the work W of what is
-    driven."""
+    """Energies over time; of a single run also the work W of what is driven, what was dissipated, broken and released, and in motions what was lost."""
     several = len(runs) > 1
     if not any(parts_of(run) for run in runs):
         return missing(ax, "energies")
@@ -52,25 +53,30 @@ def energy(ax, runs, labels, args):
                     color=COLORS[i % len(COLORS)] if several else color, lw=width(i, several) if several or name == "total" else 1.1,
                     zorder=1.9 if name == "total" and not several else 2)  # under the part that it may consist of
         if not several and "total" in seen:
-            total = run.series["total_energy"]
-            work = work_of(run)
-            if np.any(work):
-                ax.plot(run.observable_times, work, color=COLORS[4], lw=1.1, label="work done on it, $W$")
-            ax.plot(run.observable_times, total[0] + work - total, color="#8a8a8a", lw=1.1,
-                    label="lost, $E_0+W-E$" if np.any(work) else "lost, $E_0-E$")
+            _books(ax, run)
     if several:
         for name, dash in seen.items():
             ax.plot([], [], ls=dash, color="#555555", label=name)
-    finish(ax, runs[0], axis_label("energy", runs[0].unit("total_energy")), ncol=2, columnspacing=1.2)
+    finish(ax, runs, axis_label("energy", runs[0].unit("total_energy")), ncol=2, columnspacing=1.2)
+
+
+def _books(ax, run):
+    """Lines of the work done, of what is booked, and of what is not."""
+    work, lost = work_of(run), lost_of(run)
+    if np.any(work):
+        ax.plot(run.observable_times, work, color=COLORS[4], lw=1.1, label="work done on it, $W$")
+    for name, value in books_of(run).items():
+        ax.plot(run.observable_times, value, color=BOOKED[name], ls=DASHES[1], lw=1.1, label=f"{name}, ${BOOKS[name]}$")
+    if lost is not None:
+        ax.plot(run.observable_times, lost, color="#8a8a8a", lw=1.1, label="lost, $E_0{}-E{}$".format(*signs([run])))
 
 
 def budget(ax, runs, labels, args):
-    """Where the energy of one run (runs[0]) is: kinetic, elastic, potential above its lowest value, and lost, stacked. The upper
+    """Where the energy of one run (runs[0]) is: kinetic, elastic, potential above its lowest value, dissipated, broken, released, and in motions lost, stacked. The upper
     edge is level as long as nothing does work on the system; the work of what is driven is what it rises by."""
     run = runs[0]
     parts = [p for p in parts_of(run) if p[0] != "total"]
-    total = run.series.get("total_energy")
-    if not parts or total is None:
+    if not parts or run.series.get("total_energy") is None:
         return missing(ax, "energies")
     names, values, colors = [], [], []
     for name, value, _, color in parts:
@@ -78,8 +84,10 @@ def budget(ax, runs, labels, args):
         names.append(name)
         values.append(value - low)
         colors.append(color)
-    work = work_of(run)
-    lost = total[0] + work - total
+    for name, value in books_of(run).items():
+        names, values, colors = names + [name], values + [value], colors + [BOOKED[name]]
+    work, lost = work_of(run), lost_of(run)
+    lost = np.zeros_like(work) if lost is None else lost
     if lost.min() < -1e-3 * max(np.sum(values, axis=0).max(), 1e-300):
         gained = -np.minimum(lost, 0)
         ax.plot(run.observable_times, np.sum(values, axis=0) - gained, color="#222222", lw=0.9, ls=DASHES[1], label="without energy gained")
@@ -91,20 +99,20 @@ def budget(ax, runs, labels, args):
                 label="start and work done")
     ax.stackplot(run.observable_times, *values, labels=names, colors=colors, alpha=0.85, lw=0)
     ax.set_ylim(0, 1.05 * np.sum(values, axis=0).max())
-    finish(ax, run, axis_label("energy", run.unit("total_energy")), ncol=2, handlelength=1.2, columnspacing=1.2)
+    finish(ax, [run], axis_label("energy", run.unit("total_energy")), ncol=2, handlelength=1.2, columnspacing=1.2)
     if labels[0]:
         ax.set_title(labels[0], loc="left")
 
 
 def drift_of(run):
-    """Change of total energy since the first frame, less the work of what is driven, relative to the energy in motion: the largest kinetic energy or the
+    """What was lost since the first frame, taken negative, relative to the energy in motion: the largest kinetic energy or the
     range of the potential, which do not depend on where the potential is zero. None where there is no such energy."""
-    total = run.series.get("total_energy")
-    if total is None:
+    total, lost = run.series.get("total_energy"), lost_of(run)
+    if lost is None:
         return None
     kinetic, potential = (run.series.get(n) for n in ("kinetic_energy", "potential_energy"))
     scale = max([abs(total[0])] if kinetic is None or potential is None else [kinetic.max(), np.ptp(potential)])
-    return (total - total[0] - work_of(run)) / scale if scale > 0 else None
+    return -lost / scale if scale > 0 else None
 
 
 def drifts(run):
@@ -116,13 +124,13 @@ def drifts(run):
 def drift(ax, runs, labels, args):
     changes = [drift_of(run) for run in runs]
     if all(change is None for change in changes):
-        return missing(ax, "total energy")
+        return missing(ax, "total energy of a motion")
     for i, (run, change) in enumerate(zip(runs, changes)):
         if change is not None:
             ax.plot(run.observable_times, change, color=COLORS[i % len(COLORS)], lw=width(i, len(runs) > 1))
     ax.axhline(0, color="#999999", lw=0.6)
-    worked = "-W" if any(np.any(work_of(run)) for run in runs) else ""
-    finish(ax, runs[0], rf"$(E-E_0{worked})\,/\,\max(E_\mathrm{{kin}},\,\Delta E_\mathrm{{pot}})$")
+    work, booked = (part.translate(str.maketrans("+-", "-+")) for part in signs(runs))
+    finish(ax, runs, rf"$(E{booked}-E_0{work})\,/\,\max(E_\mathrm{{kin}},\,\Delta E_\mathrm{{pot}})$")
 
 
 def _vector(ax, runs, labels, name, symbol):
@@ -141,7 +149,7 @@ def _vector(ax, runs, labels, name, symbol):
         return missing(ax, name.replace("_", " "))
     for k in range(drawn if several else 0):
         ax.plot([], [], ls=DASHES[k % len(DASHES)], color="#555555", label=f"${symbol}_{'xyz'[k]}$" if k < 3 else str(k))
-    finish(ax, runs[0], axis_label(name.replace("_", " "), runs[0].unit(name)))
+    finish(ax, runs, axis_label(name.replace("_", " "), runs[0].unit(name)))
 
 
 def momentum(ax, runs, labels, args):
@@ -173,7 +181,7 @@ def strain(ax, runs, labels, args):
         ax.plot(t, bands[:, 4], color=color, lw=0.7, ls=DASHES[2])
     if not drawn:
         return missing(ax, "springs with a rest length")
-    finish(ax, runs[0], r"strain $(l-L)/L$")
+    finish(ax, runs, r"strain $(l-L)/L$")
 
 
 def histogram(ax, runs, labels, args):
@@ -212,7 +220,8 @@ def histogram(ax, runs, labels, args):
         key(ax)
     else:
         few_powers(ax.yaxis, 100)
-        ax.set_title(moment(runs[0], runs[0].index(args.frame), ".3g"), loc="left")
+        moments = list(dict.fromkeys(moment(run, run.index(args.frame), ".3g") for run in runs))
+        ax.set_title(moments[0] if len(moments) == 1 else f"frame {args.frame} of each", loc="left")
 
 
 KINDS = {"energy": energy, "budget": budget, "force": force, "drift": drift, "momentum": momentum, "angular_momentum": angular_momentum,

@@ -6,7 +6,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from backspring_io import RunError
 from figure_style import COLORS, axis_label, few_powers, key, missing, number, short_marks
-from modes import modes_of
+from modes import modes_of, per_time
 
 
 def frequencies(run):
@@ -27,8 +27,14 @@ def motions_of(run):
     return int(written[0]) if written is not None else run.dim * max(1, int((~run.fixed).sum()))
 
 
+def few_of_all(run):
+    """Words for the modes in the file where they are less than a tenth of all: too few to tell a density; '' where they are not."""
+    found, every = len(modes_of(run, "omega_squared")), motions_of(run)
+    return f"{run.path}: holds {found} of {every} modes" if 10 * found < every else ""
+
+
 def dos(ax, runs, labels, args):
-    """Density of states D(omega); ticks at the modes themselves where they are few. A file with the lowest modes alone has the beginning of it."""
+    """Density of states D(omega); ticks at the modes themselves where they are few, and of one run. A file with the lowest modes alone has the beginning of it."""
     few = 200
     for i, run in enumerate(runs):
         omega, _ = frequencies(run)
@@ -37,8 +43,9 @@ def dos(ax, runs, labels, args):
         edges = np.linspace(omega[0], max(omega[-1], omega[0] * (1 + 1e-9)), 1 + max(5, min(80, int(2 * len(omega) ** 0.5))))
         ax.stairs(density(omega, edges, motions_of(run)), edges, color=COLORS[i % len(COLORS)], lw=1.3, label=labels[i] or None)
         if len(omega) <= few and len(runs) == 1:
-            ax.plot(omega, np.zeros_like(omega), "|", color=COLORS[1], ms=9, clip_on=False)
-    ax.set_xlabel(axis_label(r"frequency $\omega$", "1/" + runs[0].unit("time")))
+            ax.plot(omega, np.zeros_like(omega), "|", color=COLORS[1], ms=9, clip_on=False, label="the modes")
+            key(ax)
+    ax.set_xlabel(axis_label(r"frequency $\omega$", "rad/" + runs[0].unit("time")))
     ax.set_ylabel(axis_label(r"density of states $D(\omega)$", runs[0].unit("time")))
     ax.margins(x=0.01)
 
@@ -62,7 +69,7 @@ def debye(ax, runs, labels, args):
     for axis in (ax.xaxis, ax.yaxis):
         if not few_powers(axis):
             axis.set_minor_formatter(NullFormatter())
-    ax.set_xlabel(axis_label(r"frequency $\omega$", "1/" + runs[0].unit("time")))
+    ax.set_xlabel(axis_label(r"frequency $\omega$", "rad/" + runs[0].unit("time")))
     unit = runs[0].unit("time") + {1: "", 2: "$^2$", 3: "$^3$"}[runs[0].dim]
     ax.set_ylabel(axis_label(r"$D(\omega)$" + {0: "", 1: r"$/\omega$", 2: r"$/\omega^2$"}[power], unit))
 
@@ -99,7 +106,7 @@ def participation(ax, runs, labels, args):
     ax.axhline(2 / 3, color="#999999", lw=0.8, ls=(0, (4, 2)), zorder=1)
     ax.annotate("2/3", (1, 2 / 3), xycoords=("axes fraction", "data"), xytext=(3, 0), textcoords="offset points", va="center", fontsize=8, color="#777777")
     ax.set_ylim(0, 1.05)
-    ax.set_xlabel(axis_label(r"frequency $\omega$", "1/" + runs[0].unit("time")))
+    ax.set_xlabel(axis_label(r"frequency $\omega$", "rad/" + runs[0].unit("time")))
     ax.set_ylabel("participation ratio")
 
 
@@ -110,7 +117,7 @@ def spectrum(ax, runs, labels, args):
         ax.plot(np.arange(len(squared)), np.sign(squared) * np.sqrt(np.abs(squared)) / (2 * np.pi), ".", color=COLORS[i % len(COLORS)], label=labels[i] or None)
     ax.axhline(0, color="#999999", lw=0.6)
     ax.set_xlabel("mode")
-    ax.set_ylabel(axis_label(r"frequency $\omega/2\pi$", "1/" + runs[0].unit("time")))
+    ax.set_ylabel(axis_label(r"frequency $\omega/2\pi$", per_time(runs[0])))
 
 
 def _residues(ax, protein):

@@ -2,8 +2,10 @@
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-from figure_style import COLORS, DASHES, axis_label, bar_beside, finish, missing, moment, width
+from figure_style import COLORS, DASHES, axis_label, bar_beside, finish, missing, number, width
 from scene import Scene, sample
+from scene_colors import share_colours
+from scene_window import share_window
 
 
 def chosen(run, args, count=6):
@@ -51,7 +53,7 @@ def paths(ax, runs, labels, args):
         ax.plot(*[v[:1] for v in line], "o", color=style["color"], ms=3.5)
     _key(ax, runs, args)
     if runs[0].dim == 1:
-        return finish(ax, runs[0], axis_label("$x$", unit))
+        return finish(ax, runs, axis_label("$x$", unit))
     ax.set_xlabel(axis_label("$x$", unit))
     ax.set_ylabel(axis_label("$y$", unit))
     if runs[0].dim == 2:
@@ -85,18 +87,22 @@ def phase(ax, runs, labels, args):
     _key(ax, runs, args)
 
 
-def state_scene(run, args, limits=None):
-    return Scene(run, [run.index(frame) for frame in args.frames], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs,
-                 args.draw, limits=limits, deform=args.deform, reactions=args.reactions)
+def state_scenes(runs, args):
+    """The scene of each run, over all frames asked for; one window and one colour scale for all, so that panels can be compared."""
+    scenes = [Scene(run, [run.index(frame) for frame in args.frames], args.color, "light", args.up, args.elev, args.azim, 0.0, args.max_springs,
+                    args.draw, deform=args.deform, reactions=args.reactions) for run in runs]
+    share_window(scenes)
+    share_colours(scenes)
+    return scenes
 
 
 def state(ax, runs, labels, args):
-    """One frame drawn as springs or particles; shows runs[0] only."""
+    """One frame drawn as springs or particles; shows runs[0] only, in the scene that it shares with others, if there is one."""
     run = runs[0]
     row = run.index(args.frame)
-    scene = state_scene(run, args, args.limits)
+    scene = getattr(args, "scene", None) or state_scenes(runs[:1], args)[0]
     if scene.mapping() is not None:
-        bar = ax.figure.colorbar(scene.mapping(), ax=ax, fraction=0.04, pad=0.02, shrink=0.75)
+        bar = ax.figure.colorbar(scene.mapping(), ax=ax, fraction=0.04, pad=0.02, shrink=0.75, extend=scene.beyond())
         bar.set_label(scene.label())
         bar.locator = MaxNLocator(5)
         bar.update_ticks()
@@ -105,7 +111,7 @@ def state(ax, runs, labels, args):
     scene.draw_frame(ax, row)
     if run.dim < 3:
         _ticks(ax, scene)
-    ax.set_title(moment(run, row) + scene.words() + (f"   {labels[0]}" if labels[0] else ""), loc="left")
+    ax.set_title(scene.title(row) + (f"   {labels[0]}" if labels[0] else ""), loc="left")
 
 
 def _ticks(ax, scene):
@@ -117,7 +123,7 @@ def _ticks(ax, scene):
             continue
         axis.set_label_text(axis_label(f"${'xyz'[shown[0]]}$", unit))
         if shown[1] < 0:
-            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{-v:.4g}" if v else "0"))
+            axis.set_major_formatter(FuncFormatter(lambda v, _: number(-v) if v else "0"))
 
 
 def _picked(run, kind, args):
@@ -160,7 +166,7 @@ def _lines(ax, runs, kind, args):
                 ax.plot(series.times[:count], table[:count, column], color=COLORS[k % len(COLORS)], ls=DASHES[i % len(DASHES)],
                         label=series.labels[column] if i == 0 else None)
     quantity = {"V": "voltage", "A": "current", "K": "temperature"}.get(args.unit, "")
-    finish(ax, runs[0], axis_label(quantity, args.unit).strip() or kind.rstrip("s"))
+    finish(ax, runs, axis_label(quantity, args.unit).strip() or kind.rstrip("s"))
 
 
 def states(ax, runs, labels, args):

@@ -76,7 +76,7 @@ def nonaffine(ax, runs, labels, args):
         if len(rows) < 2:
             continue
         rms = np.array([np.sqrt((nonaffine_displacements(run, row) ** 2).sum(axis=1).mean()) for row in rows])
-        x, words = run.times[rows], time_label(run)
+        x, words = run.times[rows], time_label([run])
         if any(run.periodic):
             strains = box_strains(run, rows)
             k = int(np.abs(strains).max(axis=0).argmax())

@@ -27,7 +27,7 @@ def steps(ax, runs, labels, args):
         few_powers(ax.yaxis)
     else:
         ax.set_ylim(0, 1.15 * max(dts.max(), 1e-300))
-    finish(ax, runs[0], "load step" if runs[0].static else axis_label("step size", runs[0].unit("time")))
+    finish(ax, runs, "load step" if runs[0].static else axis_label("step size", runs[0].unit("time")), of_steps=True)
 
 
 def steps_vary(run):
@@ -76,4 +76,4 @@ def iterations(ax, runs, labels, args):
     else:
         ax.set_ylim(0, 1.1 * top + 0.5)
         ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    finish(ax, runs[0], "Newton iterations a step" if same else "iterations a step", ncol=2)
+    finish(ax, runs, "Newton iterations a step" if same else "iterations a step", of_steps=True, ncol=2)

@@ -42,6 +42,12 @@ def curve_of(run, component=None):
     return (names[k], names[over], strains[:, over], stress[rows]) if reach[most] > 0 else None
 
 
+def has_slope(run):
+    """Whether the stress is there at enough strains for a slope: three, one way."""
+    found = curve_of(run)
+    return found is not None and bool(np.isfinite(slope(found[2], found[3][:, 0])).any())
+
+
 def _strain(name):
     """The sign of a component of the strain."""
     return rf"\{'gamma' if name[0] != name[-1] else 'epsilon'}_{{{name}}}"
@@ -79,12 +85,12 @@ def modulus(ax, runs, labels, args):
     name, several = None, len(runs) > 1
     for i, run in enumerate(runs):
         found = curve_of(run, getattr(args, "tensor", None) or name)
-        if found is None:
+        if found is None or not has_slope(run):
             continue
         name, over, strain, values = found
         ax.plot(strain, slope(strain, values[:, TENSOR[run.dim].index(name)]), color=COLORS[i % len(COLORS)], lw=width(i, several))
     if name is None:
-        return missing(ax, "stress of a box that is strained")
+        return missing(ax, "stress at three strains or more")
     low, high = ax.get_ylim()
     if high - low < 1e-6 * max(abs(low), abs(high)):  # a straight line, and rounding
         ax.set_ylim(0.9 * low, 1.1 * high) if low > 0 else ax.set_ylim(1.1 * low - 1, 1.1 * high + 1)

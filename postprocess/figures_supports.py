@@ -3,8 +3,8 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 
 from backspring_io import RunError
-from figure_style import COLORS, axis_label, finish, missing, number, width
-from load_path import abscissa, at_rest, check_against, farthest, in_words, limit_points, mean_displacement, unit_vector
+from figure_style import COLORS, axis_label, finish, missing, number, time_label, width
+from load_path import abscissa, check_against, farthest, in_words, limit_points, mean_displacement, unit_vector
 from scene import sample
 
 
@@ -55,6 +55,17 @@ def curves_of(run, args):
     return (curves if moves else []), xlabel, axis_label(f"force of the support along {in_words(along)}", run.unit("reaction/" + reacting[0]))
 
 
+def common_axes(runs, args):
+    """Raises RunError where the curves of these runs would be of different quantities, or over different ones."""
+    what, _ = check_against(getattr(args, "against", None))
+    if what == "time" or what is None and not all(run.static for run in runs):
+        time_label(runs)
+    loads = [run for run in runs if run.static and not groups_of(run)]
+    if not getattr(args, "load", False) and 0 < len(loads) < len(runs):
+        other = next(run for run in runs if run not in loads)
+        raise RunError(f"{other.path} has reactions of supports, {loads[0].path} has a load factor alone: write --load for the load factors of static analyses")
+
+
 def mark_limits(ax, curves, labelled=8, marked=60):
     """Discs at limit points, squares where a curve [(x, y)] turns back in x, with the loads beside them where they are few; nothing where they are too many."""
     found = [limit_points(x, y) for x, y in curves if len(x) > 2]
@@ -74,8 +85,9 @@ def mark_limits(ax, curves, labelled=8, marked=60):
 
 def force(ax, runs, labels, args):
     """Reaction of groups, the force their support exerts on them, or the load factor: in statics against the displacement of what moves most, else over time, or as --against
-    says. Along --component, or the direction in which the group moved most, or, where none moves, that of the largest reaction. Limit points of statics are marked."""
+    says. Along --component, or the direction in which the group moved most, or, where none moves, that of the largest reaction. Limit points of statics are marked, where nothing breaks."""
     several, everything = len(runs) > 1, []
+    common_axes(runs, args)
     if not getattr(args, "load", False):
         check_groups(runs, getattr(args, "groups", None) or [])
     for i, run in enumerate(runs):
@@ -88,14 +100,8 @@ def force(ax, runs, labels, args):
     ax.axhline(0, color="#999999", lw=0.6)
     ax.margins(y=0.12)
     ax.autoscale_view()
-    mark_limits(ax, [(x[at_rest(run, len(x))], y[at_rest(run, len(x))]) for run, *_, (_, x, y) in everything if run.static])
-    finish(ax, runs[0], everything[0][2])
+    mark_limits(ax, [(x, y) for run, *_, (_, x, y) in everything if run.static and not np.any(run.series.get("broken_energy", 0.0))])  # a break is no limit point
+    finish(ax, [everything[0][0]], everything[0][2])
     ax.set_xlabel(everything[0][1])
     ax.margins(x=0.03)
     ax.xaxis.set_major_locator(MaxNLocator(5))
-
-
-def work_of(run):
-    """Work of all that is driven (T,), 0 where nothing is."""
-    done = [value for name, value in run.series.items() if name.startswith("work/")]
-    return np.sum(done, axis=0) if done else np.zeros(len(run.observable_times))

@@ -2,7 +2,7 @@
 import numpy as np
 
 from backspring_io import RunError
-from figure_style import axis_label, time_label
+from figure_style import axis_label, number, time_label
 from scene import sample
 
 AGAINST = ("time", "load", "arc", "displacement")
@@ -67,7 +67,7 @@ def in_words(direction):
     axis = np.flatnonzero(np.abs(direction) > 1 - 1e-6)
     if len(axis):
         return "$" + ("-" if direction[axis[0]] < 0 else "") + "xyz"[axis[0]] + "$"
-    return "(" + ", ".join(f"{c:.2g}" for c in direction) + ")"
+    return "(" + ", ".join(number(c, ".2g") for c in direction) + ")"
 
 
 def abscissa(run, what, group, component, reacting):
@@ -85,14 +85,7 @@ def abscissa(run, what, group, component, reacting):
         return run.series["load_factor"][rows], "load factor", None, True
     if what == "arc" and run.parameters.get("bs_load_control") != "arc":
         raise RunError(f"{run.path}: --against arc is for paths by arc length (-bs_load_control arc)")
-    return run.observable_times[rows], time_label(run), None, True
-
-
-def at_rest(run, count):
-    """Of the first `count` rows of a static analysis those before and after the motions that breaks set going, whose frames have one load factor."""
-    load = run.series["load_factor"][:count]
-    moving = np.concatenate([[False], (load[1:-1] == load[:-2]) & (load[1:-1] == load[2:]), [False]])[:count]
-    return np.flatnonzero(~moving)
+    return run.observable_times[rows], time_label([run]), None, True
 
 
 def turns(values):

@@ -6,6 +6,11 @@ from backspring_io import Run, RunError
 FRAMES = 48  # of one period
 
 
+def per_time(run):
+    """The unit of cycles a time."""
+    return "Hz" if run.unit("time") == "s" else f"1/{run.unit('time')}"
+
+
 def modes_of(run, name):
     values = run._array("/modes/" + name)
     if values is None:
@@ -46,8 +51,9 @@ class ModeRun(Run):
 
     def title(self, written=format):
         """Its number and how it moves; `written` makes words of a number."""
-        rate, unit = np.sqrt(abs(self.omega_squared)), self.unit("time")
-        how = f"{written(rate / (2 * np.pi), '.5g')} {'Hz' if unit == 's' else f'1/{unit}'}" if self.omega_squared > 0 else f"growing at {written(rate, '.5g')} 1/{unit}" if rate else "without any force"
+        rate = np.sqrt(abs(self.omega_squared))
+        growth = f"growing at {written(rate, '.5g')} 1/{self.unit('time')}" if rate else "without any force"
+        how = f"{written(rate / (2 * np.pi), '.5g')} {per_time(self)}" if self.omega_squared > 0 else growth
         return f"mode {self.number}: {how}"
 
     def words(self):

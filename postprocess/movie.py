@@ -23,7 +23,7 @@ import numpy as np  # noqa: E402
 
 from backspring_io import RunError, open_run  # noqa: E402
 from camera import AXES, finite_number  # noqa: E402
-from figure_style import bar_beside, moment, number  # noqa: E402
+from figure_style import bar_beside, number  # noqa: E402
 from modes import ModeRun  # noqa: E402
 from scene import Scene  # noqa: E402
 from scene_marks import THEMES  # noqa: E402
@@ -113,8 +113,8 @@ def show(scene, ax, stamp, row):
     run = scene.run
     shown = run.series["load_factor"] if run.static else run.times
     digits = max(0, int(np.ceil(-np.log10(max(np.ptp(shown), 1e-300) / 1000)))) if run.frames > 1 else 3
-    words = moment(run, row, f".{min(digits, 9)}f")
-    stamp.set_text((f"{run.title(number)}, {words}" if isinstance(run, ModeRun) else words) + scene.words())
+    words = scene.title(row, f".{min(digits, 9)}f")
+    stamp.set_text(f"{run.title(number)}, {words}" if isinstance(run, ModeRun) else words)
 
 
 def film(scene, rows, args, size):

@@ -25,10 +25,11 @@ from matplotlib.lines import Line2D  # noqa: E402
 
 import figures  # noqa: E402
 from figure_layout import settle  # noqa: E402
-from figure_style import COLORS, DASHES, STYLE  # noqa: E402
-from figures_motion import state_scene  # noqa: E402
+from figure_style import COLORS, DASHES, STYLE, mark_points  # noqa: E402
+from figures_modes import few_of_all  # noqa: E402
+from figures_motion import state_scenes  # noqa: E402
 from figures_steps import iterated, steps_vary  # noqa: E402
-from figures_stress import box_strains  # noqa: E402
+from figures_stress import box_strains, has_slope  # noqa: E402
 from backspring_io import RunError, open_run  # noqa: E402
 from listed import Listed  # noqa: E402
 from run_data import TENSOR  # noqa: E402
@@ -59,7 +60,7 @@ def run_labels(runs):
 def default_kinds(runs):
     """The panels of a sheet: those that have something to say."""
     if runs[0].has_modes:
-        return ["state", "spectrum", "dos"]
+        return ["state", "spectrum"] + ([] if any(map(few_of_all, runs)) else ["dos"])
     if runs[0].kind == "linear":
         return ["states"] + (["sources"] if figures.varying_sources(runs[0]) else [])
     many = ["histogram"] if len(runs[0].springs) > 20 else []
@@ -77,8 +78,8 @@ def plan(kinds, runs, args):
     panels = []
     for kind in kinds:
         if kind == "state":
-            panels += [(kind, [run], [label], argparse.Namespace(**{**vars(args), "frame": frame}))
-                       for run, label in zip(runs, labels) for frame in args.frames]
+            panels += [(kind, [run], [label], argparse.Namespace(**{**vars(args), "frame": frame, "scene": scene}))
+                       for run, label, scene in zip(runs, labels, state_scenes(runs, args)) for frame in args.frames]
         elif kind in ("states", "sources"):
             panels += [(kind, runs, labels, argparse.Namespace(**{**vars(args), "unit": unit})) for unit in figures.units_drawn(runs[0], kind, args)]
         elif kind in figures.BY_RUN:
@@ -116,6 +117,8 @@ def sheet(panels, args):
         solid = kind == "paths" and shown[0].dim == 3
         ax = figure.add_subplot(grid[k // columns, k % columns], **({"projection": "3d"} if solid else {}))
         figures.KINDS[kind](ax, shown, names, own)
+        if kind not in ("state", "nonaffine_field"):
+            mark_points(ax)
     settle(figure)
     return figure
 
@@ -150,7 +153,7 @@ def parse(argv=None):
     p.add_argument("--size", type=lambda s: tuple(float(v) for v in s.split("x")), metavar="WxH", help="size of the sheet [inch]")
     p.add_argument("--dpi", type=float, default=200, help="pixels per inch (default 200)")
     args = p.parse_args(argv)
-    args.frame, args.limits = args.frames[-1], None
+    args.frame = args.frames[-1]
     args.tensor = args.component if len(args.component or "") == 2 else None
     args.component = None if args.tensor else args.component
     return args
@@ -172,7 +175,10 @@ def main(argv=None):
         for run in runs:
             run.length_unit = args.length_unit
         kinds = args.kind.split(",") if args.kind else default_kinds(runs)
-        kinds = [k for kind in kinds for k in ((kind, "modulus") if kind == "stress" and "modulus" not in kinds else (kind,))]
+        sloped = "stress" in kinds and "modulus" not in kinds and any(map(has_slope, runs))
+        kinds = [k for kind in kinds for k in ((kind, "modulus") if kind == "stress" and sloped else (kind,))]
+        if runs[0].has_modes and not args.kind and "dos" not in kinds:
+            print(f"plot.py: {next(filter(None, map(few_of_all, runs)))}: a density of states of so few is drawn where it is asked for, by --kind dos", file=sys.stderr)
         allowed = ("states", "sources", "steps") if runs[0].kind == "linear" else \
             [k for k in figures.KINDS if k not in ("states", "sources")]
         for kind in kinds:
@@ -181,9 +187,6 @@ def main(argv=None):
         for run in runs:
             if run.kind == "particles" and run.springs.rest_length_assumed and ({"strain", "state"} & set(kinds)):
                 print(f"plot.py: {run.path}: no rest lengths, strains are relative to the first frame", file=sys.stderr)
-        if len(runs) > 1 and "state" in kinds:  # one colour scale for all
-            norms = [scene.norm for scene in (state_scene(run, args) for run in runs) if scene.mapping() is not None]
-            args.limits = (min(n.vmin for n in norms), max(n.vmax for n in norms)) if norms else None
         with plt.rc_context(STYLE):
             figure = sheet(plan(kinds, runs, args), args)
             figure.savefig(args.output, dpi=args.dpi, facecolor="white")

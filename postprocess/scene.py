@@ -6,6 +6,7 @@ from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
 from matplotlib.colors import to_rgb  # noqa: E402
 
 from backspring_io import RunError  # noqa: E402
+from figure_style import enlarged, moment  # noqa: E402
 from faces import is_sheet, shaded, triangles_of  # noqa: E402
 from reactions import Reactions  # noqa: E402
 from scene_colors import OF_SPRINGS, Colours  # noqa: E402
@@ -41,6 +42,7 @@ class Scene(Colours, Window):
         self.reactions = Reactions(run, rows, self._size(seen)) if reactions else None
         self._frame_window(seen, up, elev, azim, perspective, zoom)
         self.nothing = False  # whether the coloured quantity is 0 but for rounding, and drawn in one colour
+        self.range = (0.0, 0.0)  # of the coloured quantity, where the scale is taken from it
         self.norm = self._norm(sample(rows, min(40, budget)), limits)
         self.cmap = matplotlib.colormaps.get_cmap(self.theme.speed) if self.color == "speed" else self.theme.strain
         self.dots = None
@@ -60,6 +62,12 @@ class Scene(Colours, Window):
         """Share of background colour: 0 in front, `strength` far behind."""
         span = self.depth[1] - self.depth[0]
         return strength * np.clip((self.depth[1] - depth) / span, 0, 1) if span > 0 else np.zeros_like(depth)
+
+    def title(self, row, form=".4g"):
+        """Words for a frame: the moment, and what colours and arrows do not say. The one frame of a file of modes is the state that they are about."""
+        if not self.run.has_modes or self.run.frames > 1:
+            return moment(self.run, row, form) + self.words()
+        return "undeformed" + enlarged(self.deform) if self.nothing and self.color == "strain" else "the state of the modes" + self.words()
 
     # ---- drawing ------------------------------------------------------------------------------------------------
     def setup(self, ax, bar=True):

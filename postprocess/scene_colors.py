@@ -29,10 +29,12 @@ class Colours:
             return Normalize(0, 1)
         tops = []
         for row in rows:
-            values = np.abs(self.values(row) if self.draw == "springs" else self._particle_values(row))
+            values = self.values(row) if self.draw == "springs" else self._particle_values(row)
             values = values[np.isfinite(values)]
-            tops.append(np.percentile(values, [99.5, 100]) if len(values) else np.zeros(2))
-        most, largest = np.max(tops, axis=0)
+            tops.append([np.percentile(np.abs(values), 99.5), values.min(), values.max()] if len(values) else np.zeros(3))
+        tops = np.array(tops)
+        self.range = tops[:, 1].min(), tops[:, 2].max()
+        most, largest = tops[:, 0].max(), np.abs(self.range).max()
         rounding = ROUNDING * self._known()
         self.nothing = largest <= rounding
         top = 1.0 if self.nothing else most if most > rounding else largest
@@ -90,6 +92,12 @@ class Colours:
         rgb[~np.isfinite(values)] = to_rgb(self.theme.faint)
         return rgb
 
+    def beyond(self):
+        """At which ends of the colour scale there are values beyond it, as matplotlib's colour bars have it."""
+        rounding = 1e-6 * (self.norm.vmax - self.norm.vmin)
+        low, high = self.range[0] < self.norm.vmin - rounding, self.range[1] > self.norm.vmax + rounding
+        return "both" if low and high else "min" if low else "max" if high else "neither"
+
     def mapping(self):
         """For a colour bar; None when nothing is coloured."""
         return None if self.color == "none" or self.nothing else matplotlib.cm.ScalarMappable(self.norm, self.cmap)
@@ -109,3 +117,12 @@ class Colours:
         """What a title adds to the moment: how displacements are drawn, and what is 0 so that no colour bar or arrow says it."""
         zeros = f", {self.color} 0" + (self._dotted() if self.draw == "springs" else "") if self.nothing else ""
         return enlarged(self.deform) + zeros + (", reactions 0" if self.reactions is not None and not self.reactions.scale > 0 else "")
+
+
+def share_colours(scenes):
+    """One scale for all of them that have the same colours."""
+    for color in {scene.color for scene in scenes} - {"none"}:
+        some = [scene for scene in scenes if scene.color == color]
+        telling = [scene.norm for scene in some if not scene.nothing]
+        for scene in some if telling else []:
+            scene.nothing, scene.norm = False, Normalize(min(n.vmin for n in telling), max(n.vmax for n in telling))

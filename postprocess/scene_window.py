@@ -44,22 +44,23 @@ class Window:
 
     def _frame_window(self, rows, up, elev, azim, perspective, zoom):
         """The same window for all frames: everything that is ever seen, and a margin."""
-        rows = list(rows) + ([0] if self.deform is not None and 0 not in rows else [])
-        lo, hi = self._reach(rows)
-        size = float(np.linalg.norm(hi - lo)) or 1.0
+        self.framed = list(rows) + ([0] if self.deform is not None and 0 not in rows else [])
         up = up or guess_up(self.run.dim, self.run.parameters.get("bs_gravity"))
-        self.size, self.bounds = size, (lo, hi)
+        self._camera_of = lambda angle, target, size: Camera(self.run.dim, up, elev, azim + angle, target, size, perspective)
+        self.zoom = zoom
+        share_window([self])
+
+    def _look_at(self, lo, hi):
+        """The eye as far off as it must be to see the space between two corners."""
+        self.size, self.bounds = float(np.linalg.norm(hi - lo)) or 1.0, (lo, hi)
         target = 0.5 * (lo + hi) if self.run.dim == 3 else None
-        self._eye = lambda angle: Camera(self.run.dim, up, elev, azim + angle, target, size, perspective)
+        self._eye = lambda angle: self._camera_of(angle, target, self.size)
         self.camera = self._eye(0.0)
-        low, high, depth = np.full(2, np.inf), np.full(2, -np.inf), [np.inf, -np.inf]
-        for row in rows:
-            plane, z = self._camera_at(row).project(self._shown(row))
-            low, high = np.fmin(low, plane.min(axis=0)), np.fmax(high, plane.max(axis=0))
-            depth = [min(depth[0], z.min()), max(depth[1], z.max())]
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        half = np.maximum(half, 0.12 * half.max() if half.max() > 0 else 0.5) * 1.12
-        self.low, self.high, self.depth = middle - half / zoom, middle + half / zoom, depth
+
+    def _extents(self):
+        """Lowest and highest (3,) in the plane and in depth of all that is framed."""
+        seen = [np.column_stack(self._camera_at(row).project(self._shown(row))) for row in self.framed]
+        return np.min([points.min(axis=0) for points in seen], axis=0), np.max([points.max(axis=0) for points in seen], axis=0)
 
     def _camera_at(self, row):
         if not self.turn or self.last == self.first:
@@ -80,3 +81,16 @@ class Window:
         box = ax.get_window_extent()
         (x0, x1), (y0, y1) = ax.get_xlim(), ax.get_ylim()
         return min(box.width / abs(x1 - x0), box.height / abs(y1 - y0)) * 72.0 / ax.figure.dpi
+
+
+def share_window(scenes):
+    """One window for all of them, as wide as what any of them ever shows, and a margin."""
+    corners = [scene._reach(scene.framed) for scene in scenes]
+    for scene in scenes:
+        scene._look_at(np.min([lo for lo, _ in corners], axis=0), np.max([hi for _, hi in corners], axis=0))
+    extents = [scene._extents() for scene in scenes]
+    low, high = np.min([lo for lo, _ in extents], axis=0), np.max([hi for _, hi in extents], axis=0)
+    middle, half = 0.5 * (low + high)[:2], 0.5 * (high - low)[:2]
+    half = np.maximum(half, 0.12 * half.max() if half.max() > 0 else 0.5) * 1.12
+    for scene in scenes:
+        scene.low, scene.high, scene.depth = middle - half / scene.zoom, middle + half / scene.zoom, [low[2], high[2]]

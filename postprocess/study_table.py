@@ -9,6 +9,7 @@ import numpy as np
 import differences
 import study_run
 from backspring_io import RunError, open_run
+from energy_books import lost_of
 from run_data import TENSOR
 
 COMPONENTS = "xyz"
@@ -58,9 +59,9 @@ def row_of(study, point):
     if found["status"] == "ok":
         with open_run(os.path.join(folder, "run.h5md")) as run:
             row["unknowns"] = 2 * run.dim * run.particles if run.kind == "particles" else len(run.states.labels)
-            total = run.series.get("total_energy")
-            if total is not None:
-                row["energy_drift"] = float(np.abs(total - total[0]).max())
+            lost = lost_of(run)
+            if lost is not None:
+                row["energy_drift"] = float(np.abs(lost).max())
     return row
 
 
