@@ -112,9 +112,9 @@ def table(header, lines):
 
 
 def points_table(rows, names, column):
-    header = ["point"] + ["status", "steps", "rejected", "newton", "krylov", "wall [s]"] + ([column] if column else [])
+    header = ["point"] + ["status", "steps", "rejected", "newton", "krylov", "wall [s]", "warnings"] + ([column] if column else [])
     return table(header, [[" ".join(f"{n}={r[n]}" for n in names if n in r) or "as given", r["status"]]
-                          + [r.get(k) for k in ("steps", "rejected", "newton", "krylov", "wall")]
+                          + [r.get(k) for k in ("steps", "rejected", "newton", "krylov", "wall", "warnings")]
                           + ([r.get(column)] if column else []) for r in rows])
 
 

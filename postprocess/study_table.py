@@ -8,6 +8,7 @@ import numpy as np
 
 import differences
 import study_run
+import study_warnings
 from backspring_io import RunError, open_run
 from energy_books import lost_of
 from run_data import TENSOR
@@ -53,9 +54,10 @@ def row_of(study, point):
     folder = os.path.join(study, point.name)
     found = study_run.verdict(folder) or {"status": "not run", "reason": "", "seconds": None}
     row = {"point": point.name, "status": found["status"], "reason": found["reason"], **point.setting, "ranks": point.ranks,
-           "seconds": found["seconds"]}
+           "seconds": found["seconds"], "warnings": len(study_warnings.warnings_of(folder))}
     for key, value in flat_report(os.path.join(folder, "report.json")).items():
-        row.setdefault(key if key != "reason" else "ended", value)
+        if not key.startswith("warnings"):  # their texts; their number is there, also of runs without a report
+            row.setdefault(key if key != "reason" else "ended", value)
     if found["status"] == "ok":
         with open_run(os.path.join(folder, "run.h5md")) as run:
             row["unknowns"] = 2 * run.dim * run.particles if run.kind == "particles" else len(run.states.labels)

@@ -25,6 +25,7 @@ import study_orders as orders  # noqa: E402
 import study_reference  # noqa: E402
 import study_run  # noqa: E402
 import study_table  # noqa: E402
+import study_warnings  # noqa: E402
 from backspring_io import RunError  # noqa: E402
 from listed import Listed  # noqa: E402
 from study import Axis, Point, axes_of_file, frame_interval, name_of, option_words, parse_vary, read_file, span, zipped  # noqa: E402
@@ -217,6 +218,8 @@ def evaluate(plan, points, extra, ending):
     study_table.write_h5(os.path.join(study, "study.h5"), study, points, rows)
     print()
     print(orders.points_table(rows, plan["names"], plan["error"]))
+    for line in study_warnings.told(study, points):
+        print(line)
     if series:
         print(f"\n{plan['error']} against {reference.text}\n{orders.orders_table(series, plan['against'])}")
     if groups:
@@ -248,7 +251,11 @@ def main(argv=None):
     os.makedirs(plan["output"], exist_ok=True)
     runner.run(every)
     evaluate(plan, points, extra, args.picture)
-    return 3 if study_run.failures(plan["output"], every) else 0
+    idle = study_warnings.without_effect(plan["output"], points)
+    failed = study_run.failures(plan["output"], every)
+    if idle:
+        raise RunError(f"-{', -'.join(idle)}: varied, but not used by any point: misspelt, or of a solver that is not chosen")
+    return 3 if failed else 0
 
 
 if __name__ == "__main__":

@@ -240,14 +240,14 @@ class Panels(base.Case):
         np.testing.assert_array_equal(ax.lines[1].get_ydata(), run.log["krylov"])
 
     def test_frames_side_by_side_share_window_and_colours(self):
-        from figures_motion import state_scene
+        from figures_motion import state_scenes
         from plot import parse, plan
         path = self.cloth()
         args = parse([path, "-o", "x.png", "--frame=0,5,-1"])
         with open_run(path) as run:
             panels = plan(["state", "energy"], [run], args)
             self.assertEqual([(p[0], p[3].frame) for p in panels], [("state", 0), ("state", 5), ("state", -1), ("energy", -1)])
-            scenes = [state_scene(run, p[3]) for p in panels[:3]]
+            scenes = [state_scenes([run], p[3])[0] for p in panels[:3]]
             for scene in scenes[1:]:
                 np.testing.assert_array_equal([scene.low, scene.high], [scenes[0].low, scenes[0].high])
                 self.assertEqual((scene.norm.vmin, scene.norm.vmax), (scenes[0].norm.vmin, scenes[0].norm.vmax))

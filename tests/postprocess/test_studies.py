@@ -129,6 +129,18 @@ class Sweeping(base.Case):
         done = subprocess.run([script, "-bs_overwrite"], capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
+    def test_warnings_of_points_are_told(self):
+        """An option that no point uses is no axis; one that some use is, and what the others say of it is told once."""
+        args = ["--options_file", FALL, "--options", "-ts_max_time 1"]
+        done = self.sweep(*args, "--vary", "-ts_dtt=0.1,0.2", code=2)
+        self.assertIn("sweep.py: -ts_dtt: varied, but not used by any point", done.stderr)
+        self.assertEqual(done.stdout.count("warning: option -ts_dtt is not used by this run"), 1, done.stdout)
+        self.assertEqual([r["warnings"] for r in self.rows()], ["1", "1"])
+        done = self.sweep(*args, "--vary", "-ts_type=rk,bdf", "--vary", "-ts_bdf_order=1,2", out="some")
+        self.assertEqual([r["warnings"] for r in self.rows("some")], ["1", "1", "0", "0"])
+        self.assertEqual(done.stdout.count("warning (2 of 4 points): option -ts_bdf_order is not used by this run"), 1, done.stdout)
+        self.assertIn("-ts_dtt: varied", self.sweep(*args, "--vary", "-ts_dtt=0.1,0.2", code=2).stderr)  # also of points that are not run again
+
     def test_a_step_that_is_none_fails_alone(self):
         for steps in ("-1,0.5,0.25", "0.5,0,0.25"):
             bad = next(s for s in steps.split(",") if float(s) <= 0)
