@@ -2,7 +2,8 @@
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from figure_style import COLORS, axis_label, bar_beside, few_powers, key, missing, moment, number, time_label, width
+from backspring_io import RunError
+from figure_style import COLORS, axis_label, bar_beside, few_powers, key, missing, moment, number, progress_of, time_label, width
 from figures_stress import box_strains
 from run_data import TENSOR, counted
 from scene import sample
@@ -70,25 +71,28 @@ def nonaffine_displacements(run, row):
 
 def nonaffine(ax, runs, labels, args):
     """Root mean square of the displacements that are not affine, over the largest strain of a periodic box, or over time."""
-    drawn, several, xlabel = False, len(runs) > 1, ""
+    several, over = len(runs) > 1, {}  # words for what a run is drawn over, and the runs; without words: over time
     for i, run in enumerate(runs):
         rows = sample(range(run.frames), 200)
         if len(rows) < 2:
             continue
         rms = np.array([np.sqrt((nonaffine_displacements(run, row) ** 2).sum(axis=1).mean()) for row in rows])
-        x, words = run.times[rows], time_label([run])
+        x, words = run.times[rows], ""
         if any(run.periodic):
             strains = box_strains(run, rows)
             k = int(np.abs(strains).max(axis=0).argmax())
             if np.abs(strains[:, k]).max() > 0:
                 name = TENSOR[run.dim][k]
                 x, words = strains[:, k], rf"shear strain $\gamma_{{{name}}}$" if name[0] != name[-1] else rf"strain $\epsilon_{{{name}}}$"
-        xlabel = xlabel or words
+        over.setdefault(words, []).append(run)
         ax.plot(x, rms, color=COLORS[i % len(COLORS)], lw=width(i, several), label=labels[i] or None)
-        drawn = True
-    if not drawn:
+    if not over:
         return missing(ax, "displacements")
-    ax.set_xlabel(xlabel)
+    if len(over) > 1:
+        (words, (run, *_)), (others, (other, *_)) = list(over.items())[:2]
+        raise RunError(f"{run.path} goes by {words or progress_of(run)}, {other.path} by {others or progress_of(other)}: plot them one at a time")
+    words = next(iter(over))
+    ax.set_xlabel(words or time_label(over[words]))
     ax.set_ylabel(axis_label("non-affine displacement, rms", runs[0].unit("position")))
     ax.set_ylim(0, None)
     ax.margins(x=0.02)

@@ -60,10 +60,9 @@ def common_axes(runs, args):
     what, _ = check_against(getattr(args, "against", None))
     if what == "time" or what is None and not all(run.static for run in runs):
         time_label(runs)
-    loads = [run for run in runs if run.static and not groups_of(run)]
-    if not getattr(args, "load", False) and 0 < len(loads) < len(runs):
-        other = next(run for run in runs if run not in loads)
-        raise RunError(f"{other.path} has reactions of supports, {loads[0].path} has a load factor alone: write --load for the load factors of static analyses")
+    loads, reacting = ([run for run in runs if bool(groups_of(run)) == has and (has or run.static)] for has in (False, True))
+    if not getattr(args, "load", False) and loads and reacting:
+        raise RunError(f"{reacting[0].path} has reactions of supports, {loads[0].path} has a load factor alone: write --load for the load factors of static analyses")
 
 
 def mark_limits(ax, curves, labelled=8, marked=60):
@@ -101,7 +100,10 @@ def force(ax, runs, labels, args):
     ax.margins(y=0.12)
     ax.autoscale_view()
     mark_limits(ax, [(x, y) for run, *_, (_, x, y) in everything if run.static and not np.any(run.series.get("broken_energy", 0.0))])  # a break is no limit point
-    finish(ax, [everything[0][0]], everything[0][2])
-    ax.set_xlabel(everything[0][1])
+    run = everything[0][0]
+    xlabels, ylabels = (list(dict.fromkeys(labels)) for labels in list(zip(*everything))[1:3])
+    finish(ax, [run], ylabels[0] if len(ylabels) == 1 else axis_label("force of the support", run.unit("reaction")))
+    moved = (check_against(getattr(args, "against", None))[0] or ("displacement" if run.static else "time")) == "displacement"  # of other particles, or another way
+    ax.set_xlabel(xlabels[0] if len(xlabels) == 1 else axis_label("displacement", run.unit("position")) if moved else time_label(runs))
     ax.margins(x=0.03)
     ax.xaxis.set_major_locator(MaxNLocator(5))

@@ -13,7 +13,6 @@ import numpy as np
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(os.path.dirname(os.path.dirname(HERE)), "postprocess")]
-import figures  # noqa: E402
 import matplotlib.pyplot as plt  # noqa: E402
 import plot  # noqa: E402
 import synthetic  # noqa: E402
@@ -31,6 +30,7 @@ class Panels(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.mkdtemp(prefix="backspring_")
         self.addCleanup(shutil.rmtree, self.folder)
+        self.addCleanup(plt.close, "all")
 
     def path(self, name):
         return os.path.join(self.folder, name + ".h5md")
@@ -52,7 +52,6 @@ class Panels(unittest.TestCase):
             runs = [stack.enter_context(open_run(path)) for path in args.files]
             panels = plot.plan(args.kind.split(",") if args.kind else plot.default_kinds(runs), runs, args)
             figure = plot.sheet(panels, args)
-        self.addCleanup(plt.close, figure)
         found = {}
         for (kind, *_), ax in zip(panels, [ax for ax in figure.axes if ax.get_label() != "<colorbar>"]):
             found.setdefault(kind, []).append(ax)
@@ -101,12 +100,18 @@ class Panels(unittest.TestCase):
         static, arc, moving = self.static("s", 5), self.static("a", 5, bs_load_control="arc"), synthetic.chain(self.path("m"), 2)
         self.assertIn("s.h5md goes by load factor, ", self.refused(static, moving))
         for other in (arc, moving):
-            for kind in ("energy", "strain", "steps", "iterations", "momentum"):
+            for kind in ("energy", "strain", "steps", "iterations", "momentum", "nonaffine"):
                 self.assertIn("no axis in common; plot them one at a time", self.refused(static, other, "--kind", kind))
         self.assertIn("no axis in common", self.refused(static, moving, "--kind", "force"))
         titles = self.sheet(static, moving, "--kind", "state,histogram")
         self.assertEqual(titles["histogram"][0].get_title("left"), "frame -1 of each")
         self.sheet(static, arc, "--kind", "force")
+        panel = self.sheet(static, moving, "--kind", "force", "--against", "displacement")["force"][0]
+        self.assertIn("displacement of particle", panel.get_xlabel())
+        with h5py.File(arc, "a") as f:
+            f["particles/trajectory/id"][...] += 100
+        self.assertEqual(self.sheet(static, arc, "--kind", "force")["force"][0].get_xlabel(), "displacement [m]")
+        self.assertIn("by strain $", self.refused(static, self.strained("b", 5), "--kind", "nonaffine"))
         held = self.static("h", 5)
         observable(held, "reaction/wall", np.ones((5, 2)))
         self.assertIn("write --load", self.refused(static, held, "--kind", "force"))
