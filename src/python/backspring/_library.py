@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import atexit
+import functools
 import hashlib
 import itertools
 import sys
+import traceback
 import weakref
 from typing import TYPE_CHECKING, Any, Callable, Dict, Generator, Mapping, Optional, Tuple, TypeVar, cast
 
@@ -18,7 +20,7 @@ from .kinds import Comm, GivenForces, Settings
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from ._core import LatticeArrays, Session
+    from ._core import LatticeArrays, Problem, Session
     from .lattice import Lattice
 
 Checked = TypeVar("Checked")
@@ -26,20 +28,27 @@ Checked = TypeVar("Checked")
 _open: Dict[int, Any] = {}  # number: session. Calls are collective, also the end: on several ranks it must not depend on when garbage is collected
 _loops: Dict[int, "weakref.ref[Generator[Any, None, None]]"] = {}  # loops over motions, by the numbers of their sessions
 _numbers = itertools.count()
+_told: "weakref.WeakKeyDictionary[Session, int]" = weakref.WeakKeyDictionary()  # how many of its warnings were passed on
 
 
 @atexit.register
 def _end() -> None:
-    """Loops end before their sessions, sessions before PETSc does, PETSc before MPI."""
+    """Loops end before their sessions, sessions before PETSc does, PETSc before MPI. What one of them raises, a warning that is an error, say, is printed,
+    for nobody can catch it any more, and the others end all the same."""
+    def ends(call: Callable[[], Any]) -> None:
+        try:
+            call()
+        except Exception:
+            traceback.print_exc()
+
     for _, loop in sorted(_loops.items()):
         frames = loop()
         if frames is not None:
-            frames.close()
-    for _, session in sorted(_open.items()):
-        session = session() if isinstance(session, weakref.ref) else session
+            ends(frames.close)
+    for number, held in sorted(_open.items()):
+        session = held() if isinstance(held, weakref.ref) else held
         if session is not None:
-            session.close()
-    _open.clear()
+            ends(functools.partial(end_session, session, number))
     if "backspring._core" in sys.modules:
         sys.modules["backspring._core"].finish()
 
@@ -140,7 +149,27 @@ def ends_first(frames: Generator[Any, None, None], number: Optional[int]) -> Non
         _loops[own] = weakref.ref(frames, lambda _: _loops.pop(own, None))
 
 
-def end_session(session: Session, number: int) -> None:
-    """Collective."""
-    session.close()
-    _open.pop(number, None)
+def tell(session: Session) -> None:
+    """What the session has warned of since it was last told. After every call that may warn."""
+    warned, before = session.warnings, _told.get(session, 0)
+    _told[session] = len(warned)
+    pass_on(warned[before:])
+
+
+def is_open(number: Optional[int]) -> bool:
+    """Whether the session of that number has not ended."""
+    return number in _open
+
+
+def end_session(session: Session, number: int) -> Problem:
+    """Collective. What the session's end has failed with; what it warns of is told. Nothing where it has ended before."""
+    if not is_open(number):
+        return None
+    try:
+        error = session.finish()
+        warned = session.warnings[_told.get(session, 0) :]
+    finally:
+        session.close()
+        _open.pop(number, None)
+    pass_on(warned)
+    return error

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple, Union
 
 from . import errors
-from ._library import agreed, end_session, new_session, on_all
+from ._library import agreed, end_session, new_session, on_all, tell
 from .errors import InputError
 from .forces import held_at
 from .kinds import Comm, GivenForces, Loads, Mask, Option, Settings, Shared
@@ -142,7 +142,7 @@ def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenF
             error, found = analysis(session, settings)
             if watched:
                 watched.check()
-            errors.pass_on(session.warnings)
+            tell(session)
         finally:
             end_session(session, number)
     finally:

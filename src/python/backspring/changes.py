@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import InProcess, end_session, new_session, on_all, require_same
+from ._library import InProcess, end_session, is_open, new_session, on_all, require_same, tell
 from .analyses import _asked
 from .arguments import array_of, mask_of, numbers_in
 from .errors import InputError
@@ -47,9 +47,11 @@ def change(session: Session, lattice: Lattice, comm: Comm, remove: ArrayLike, nu
         if error is not None:
             for earlier in list(given)[:done]:
                 session.set_numbers(earlier, was[earlier])
+            tell(session)
             errors.check(error)
-    if len(gone):
-        errors.check(session.remove_springs(gone))
+    error = session.remove_springs(gone) if len(gone) else None
+    tell(session)
+    errors.check(error)
     return numbered(session, lattice, "rest_length" in given)
 
 
@@ -85,7 +87,7 @@ class Statics(InProcess):
         self._number: Optional[int] = None
         self.lattice, self._settings, self._forces = _asked(net, loads, total, load_steps, forces, comm, options)
         self._all = [("-bs_output_springs", "true")] + self._settings
-        self._comm, self._stands, self._warned = comm, False, 0
+        self._comm, self._stands = comm, False
         self._session, self._number = new_session(comm, self.lattice, [], self._forces, self._all)
         self._session.expect_changes()
 
@@ -101,9 +103,7 @@ class Statics(InProcess):
         self._require_open()
         follows = self._stands and not afresh
         error, found = self._session.follow() if follows else self._session.statics(self._all)
-        warned = self._session.warnings
-        errors.pass_on(warned[self._warned :])
-        self._warned = len(warned)
+        tell(self._session)
         self._stands = follows or error is None
         state = Equilibrium(self.lattice, self._settings, self._forces, found) if found["fields"] else None
         errors.check(error, lambda: state)
@@ -123,6 +123,7 @@ class Statics(InProcess):
         values = on_all(self._comm, lambda: array_of("slope", slope, (len(self.lattice), self.lattice.dim)))
         require_same(self._comm, {"slope": values})
         error, found = self._session.sensitivities(values)
+        tell(self._session)
         errors.check(error)
         return found
 
@@ -131,18 +132,18 @@ class Statics(InProcess):
         the solver, and with the next solve(afresh=True): what is looked at stays, and what would compute is a RuntimeError then."""
         self._require_open()
         error, stepper = self._session.load_stepper()
+        tell(self._session)
         errors.check(error)
         return stepper
 
     def _require_open(self) -> None:
-        if self._number is None:
+        if not is_open(self._number):
             raise RuntimeError("the solver is closed: make another one")
 
     def close(self) -> None:
         """Frees what the solver holds."""
         if self._number is not None:
             end_session(self._session, self._number)
-            self._number = None
 
     def __enter__(self) -> Statics:
         return self
@@ -151,4 +152,4 @@ class Statics(InProcess):
         self.close()
 
     def __repr__(self) -> str:
-        return f"<backspring.Statics of {len(self.lattice)} particles{'' if self._number is not None else ', closed'}>"
+        return f"<backspring.Statics of {len(self.lattice)} particles{'' if is_open(self._number) else ', closed'}>"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Dict, Optional, Union
 import numpy as np
 
 from . import looks
+from ._library import is_open
 from .breaks import Events, broken_of, events_of
 from .errors import Error
 from .kinds import Floats, Mask, Observables
@@ -45,7 +46,7 @@ class Frame:
     def __getstate__(self) -> Dict[str, Any]:
         """What a copy has: all that reading finds, and no simulation. Collective for frames of observers."""
         here = self._simulation
-        if here is not None and here._comm.size == 1 and here._number is not None and self._moment == here._moment():
+        if here is not None and here._comm.size == 1 and is_open(here._number) and self._moment == here._moment():
             self._forces = here.get("force")
         kept = {**self._found(), "fields": {name: one for name, one in self._found()["fields"].items() if name not in ("position", "velocity")}}
         return {**vars(self), "_x": np.array(self.x), "_v": np.array(self.v), "_kept": kept, "_simulation": None}

@@ -256,8 +256,8 @@ class Lattice:
         core, handle = started(comm)
         require_same(comm, {**vars(self), "path": str(path), "overwrite": overwrite})
         error, told = core.write_lattice(handle, self._arrays(), [("-bs_overwrite", "true")] if overwrite else [], str(path))
-        check(error)
         pass_on(told)
+        check(error)
 
     def plot(self, file: Optional[Path] = None, **look: Any) -> Figure:
         """A picture of it, springs in grey, fixed particles as squares; written to `file` if one is named. Returns the figure of

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import errors
-from ._library import end_session, new_session, on_all, require_same, world
+from ._library import end_session, is_open, new_session, on_all, require_same, world
 from .analyses import moved_by, own_lattice, refuse_led, start_of
 from .arguments import array_of, one_of
 from .breaks import Events
@@ -24,7 +24,7 @@ from .results import Equilibrium
 from .watching import Found, Observe, Watched
 
 if TYPE_CHECKING:
-    from ._core import State
+    from ._core import Problem, State
 
 Path = Union[str, os.PathLike[str]]
 
@@ -120,7 +120,7 @@ class Simulation(Watched):
     def on_step(self, observer: Optional[Callable[..., Any]]) -> None:
         """observer(step, t, dt, newton, krylov, rejected) is called on every rank after every step: its number, the time and the step's length [s],
         iterations of Newton's and the Krylov method, rejected attempts; an exception in it ends the call. None: no more."""
-        if self._number is None:
+        if not is_open(self._number):
             raise RuntimeError("the simulation is closed: make another one")
         self._on_step = observer
         self._attach()
@@ -271,18 +271,12 @@ class Simulation(Watched):
 
     def close(self) -> None:
         """Ends stepping; files that options name are complete. What a step has failed with is not raised again."""
-        if self._number is None:
-            return
-        error = self._session.finish()
-        self._end()
-        errors.check(error)
+        errors.check(self._end())
 
-    def _end(self) -> None:
+    def _end(self) -> Problem:
         if self._bar:
             self._bar.close()
-        if self._number is not None:
-            end_session(self._session, self._number)
-            self._number = None
+        return None if self._number is None else end_session(self._session, self._number)
 
     def __enter__(self) -> Simulation:
         return self
@@ -294,5 +288,5 @@ class Simulation(Watched):
             self._end()
 
     def __repr__(self) -> str:
-        at = "closed" if self._number is None else f"at t = {self.t:g} s after {self.steps} step{'s' * (self.steps != 1)}"
+        at = "closed" if not is_open(self._number) else f"at t = {self.t:g} s after {self.steps} step{'s' * (self.steps != 1)}"
         return f"<backspring.Simulation of {len(self.lattice)} particles, {at}>"

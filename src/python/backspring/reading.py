@@ -23,8 +23,8 @@ def _read(settings: Settings, comm: Comm) -> Lattice:
     core, handle = started(comm)
     require_same(comm, {name[1:]: value for name, value in settings})
     error, arrays, told = core.read_lattice(handle, settings)
-    check(error)
     pass_on(told)
+    check(error)
     return Lattice._of(arrays)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Callable, Optional, Tuple, TypeVar
 
 from . import errors
-from ._library import InProcess, agreed
+from ._library import InProcess, agreed, tell
 from .progress import Progress
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ class Watched(InProcess):
         self._comm = comm
         self._observe, self._stop, self._on_step = observe, stop, None  # type: Optional[Observe], Optional[Observe], Optional[Callable[..., Any]]
         self._bar: Optional[Progress] = None
-        self.stopped, self._warned, self._raised, self._others = False, 0, None, False  # type: bool, int, Optional[BaseException], bool
+        self.stopped, self._raised, self._others = False, None, False  # type: bool, Optional[BaseException], bool
 
     def _frame(self, changeable: bool = False) -> Frame:
         raise NotImplementedError
@@ -75,9 +75,7 @@ class Watched(InProcess):
         return found
 
     def _done(self, error: Optional[Tuple[int, str]]) -> None:
-        warned = self._session.warnings
-        errors.pass_on(warned[self._warned :])
-        self._warned = len(warned)
+        tell(self._session)
         errors.check(error, self._last)
 
     def _found(self, answer: Tuple[Optional[Tuple[int, str]], Found]) -> Found:

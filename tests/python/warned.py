@@ -1,0 +1,111 @@
+"""Warnings of the program are Python's, whenever they are given: also those of a motion's end, once."""
+import re
+import warnings
+
+from helpers import python
+
+import backspring as bs
+
+
+def said_by(call):
+    """What `call` warns of."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        call()
+    assert all(issubclass(one.category, bs.BackspringWarning) for one in said), said
+    return [str(one.message) for one in said]
+
+
+def small():
+    """A mass on a spring, in micrometres: its whole motion is small beside the tolerances of the adapted methods, so that the end of a motion tells of them."""
+    return bs.Lattice([[0.0], [1.2e-6]], [[0, 1]], stiffness=1.0, rest_length=1e-6, mass=[1.0, 0.025], fixed=[0])
+
+
+def told_at_the_end():
+    """By close(), where a with block ends or is left, where a loop ends or is left, and at the interpreter's end; once each. The same of every motion."""
+    options, seen = dict(dt=0.01, ts_type="bdf"), []
+
+    def closed():
+        simulation = bs.Simulation(small(), **options)
+        simulation.run_until(1.0)
+        seen.append(simulation.t)
+        simulation.close()
+        simulation.close()
+
+    def within(kind=None):
+        try:
+            with bs.Simulation(small(), **options) as simulation:
+                simulation.run_until(1.0)
+                if kind:
+                    raise kind("of the caller")
+                simulation.close()
+        except ZeroDivisionError:
+            seen.append(kind)
+
+    def looped(leave=False):
+        for frame in bs.run(small(), until=1.0, **options):
+            if leave and frame.t > 0.9:
+                break
+
+    for call in (closed, within, lambda: within(ZeroDivisionError), looped, lambda: looped(True)):
+        said = said_by(call)
+        assert len(said) == 1 and "-ts_atol" in said[0], (call, said)
+    assert seen == [1.0, ZeroDivisionError], seen
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        simulation = bs.Simulation(small(), **options)
+        simulation.run_until(1.0)
+        try:
+            simulation.close()
+        except bs.BackspringWarning as one:
+            seen.append(str(one))
+        assert "-ts_atol" in seen[-1] and repr(simulation).endswith("closed>"), seen
+        simulation.close()
+    loose = said_by(lambda: list(bs.run(small(), until=1.0, dt=0.01, ts_type="cn", snes_atol=1e-3)))
+    assert len(loose) == 1 and "snes_atol" in loose[0], loose
+
+
+AT_THE_END = """
+import atexit
+import backspring as bs
+small = lambda: bs.Lattice([[0.0], [1.2e-6]], [[0, 1]], stiffness=1.0, rest_length=1e-6, mass=[1.0, 0.025], fixed=[0])
+options = dict(dt=0.01, ts_type="bdf")
+held = bs.run(small(), until=1.0, **options)
+for _ in range(3): next(held)
+first, second = (bs.Simulation(small(), **options) for _ in range(2))
+for one in (first, second): one.run_until(1.0)
+closed_late = bs.Simulation(small(), **options)
+atexit._run_exitfuncs()
+first.close(); closed_late.close(); held.close()
+print(first, flush=True)
+"""
+
+
+def told_by_the_interpreter():
+    """What is still open when the interpreter ends tells, too, and ends, where warnings are errors as well; nothing is raised afterwards."""
+    for ranks in (1, 2):
+        done = python(AT_THE_END, ranks, timeout=60)
+        assert done.returncode == 0 and done.stdout.count("closed>") == ranks, done.stdout + done.stderr
+        told = re.findall("BackspringWarning: steps were adapted.* the motion is small, ([0-9.]+) of", done.stderr)
+        assert len(told) == len(set(told)) == 2, done.stderr  # by the first rank: of the loop, and of the two motions alike, which Python shows once
+        assert "Traceback" not in done.stderr, done.stderr
+    code = AT_THE_END.replace("atexit._run_exitfuncs()\nfirst.close(); closed_late.close(); held.close()\n", "")
+    done = python('import warnings\nwarnings.simplefilter("error", UserWarning)\n' + code, timeout=60)
+    assert done.returncode == 0 and "BackspringWarning: steps were adapted" in done.stderr and "PETSC" not in done.stderr, done.stdout + done.stderr
+
+
+def told_by_analyses():
+    """Statics, moduli and modes tell of what they are warned of, also where they fail."""
+    net = bs.Lattice([[0.0, 0], [1, 0]], [[0, 1]], stiffness=1.0, fixed=[0], groups={"end": [1]})
+    for call in (lambda: bs.statics(net, loads={"end": (0.1, 0)}, ts_adapt_typ="none"), lambda: bs.modes(net, 1, ts_adapt_typ="none"),
+                 lambda: bs.Statics(net, loads={"end": (0.1, 0)}, ts_adapt_typ="none").solve()):
+        said = said_by(call)
+        assert sum("ts_adapt_typ" in one for one in said) == 1, said
+
+    def watched():
+        try:
+            bs.statics(net, loads={"end": (0.1, 0)}, ts_adapt_typ="none", observe=lambda s, eq: 1 / 0)
+        except ZeroDivisionError:
+            pass
+
+    assert sum("ts_adapt_typ" in one for one in said_by(watched)) == 1
