@@ -1,8 +1,10 @@
-"""Warnings of the program are Python's, whenever they are given: also those of a motion's end, once."""
+"""Warnings of the program are Python's, whenever they are given: also those of a motion's end, once. What keywords mean, and which are mistakes."""
 import re
+import tempfile
 import warnings
 
-from helpers import python
+import numpy as np
+from helpers import python, raised
 
 import backspring as bs
 
@@ -109,3 +111,47 @@ def told_by_analyses():
             pass
 
     assert sum("ts_adapt_typ" in one for one in said_by(watched)) == 1
+
+
+FLAGS = """
+import sys
+import backspring as bs
+net = bs.Lattice([[0.0, 0], [1, 0]], [[0, 1]], stiffness=1.0, fixed=[0], groups={"end": [1]})
+def solved(of, **options):
+    print(f"{options}:", flush=True)
+    return bs.statics(of, loads={"end": (0.1, 0)}, **options)
+for name in ("snes_monitor", "ksp_monitor", "snes_converged_reason", "ksp_converged_reason", "snes_linesearch_monitor", "ts_view"):
+    solved(net, **{name: True})
+    solved(net, **{name: False})
+eq = solved(net, snes_monitor=True)
+solved(eq)
+solved(eq, snes_monitor=False)
+print({"ts_monitor": True}, flush=True)
+last = [frame.t for frame in bs.run(net, dt=0.1, until=0.2, ts_monitor=True, ts_type="theta", ts_theta_theta=0.6, ts_theta_endpoint=True)][-1]
+"""
+
+
+def flags():
+    """True gives a flag of whatever kind, by which PETSc prints, too, and False none; what is recorded of flags can be continued."""
+    done = python(FLAGS, timeout=60)
+    assert done.returncode == 0, done.stdout + done.stderr
+    printed = {head: text for head, text in re.findall(r"^(\{.*?\}):?\n((?:(?!\{).*\n)*)", done.stdout, re.M)}
+    expected = {"snes_monitor": "SNES Function norm", "ksp_monitor": "KSP", "snes_converged_reason": "Nonlinear solve converged", "ksp_converged_reason": "Linear solve converged",
+                "snes_linesearch_monitor": "", "ts_view": "TS Object", "ts_monitor": "0 TS dt 0.1 time 0."}
+    for name, words in expected.items():
+        assert words in printed[str({name: True})] and printed.get(str({name: False}), "") == "", (name, done.stdout)
+    assert len(printed[str({"snes_monitor": True})].splitlines()) >= 2 and printed["{}"] == printed[str({"snes_monitor": True})], done.stdout
+    net = bs.Lattice([[0.0, 0], [1, 0]], [[0, 1]], stiffness=1.0, fixed=[0])
+    with tempfile.TemporaryDirectory() as folder:
+        options = dict(dt=0.01, ts_type="theta", ts_theta_theta=0.6, ts_theta_endpoint=True, bs_gravity=(1, 0), bs_output_springs=True)
+        with bs.Simulation(net, bs_output=f"{folder}/run.h5md", **options) as simulation:
+            simulation.step(3)
+            simulation.checkpoint(f"{folder}/then.h5")
+            assert "tension" in simulation.frame()["fields"]
+            simulation.step(3)
+            end = simulation.x
+        with bs.Simulation.restart(f"{folder}/then.h5", net) as again:
+            again.step(3)
+            assert np.array_equal(end, again.x)
+    with raised(bs.InputError, "bs_gravity needs a value"):
+        bs.statics(net, bs_gravity=True)

@@ -39,11 +39,22 @@ def text_of(name: str, value: Option) -> str:
         raise InputError(f"option {name}: {value!r} is no number, text or list of them") from None
 
 
+def _off(name: str, text: str) -> bool:
+    """Whether it switches off what PETSc prints, which it does by being left out: behind the name PETSc wants where to print."""
+    small = name.lower()
+    return text == "false" and not small.startswith("-bs_") and any(part in small for part in ("monitor", "view", "converged_reason"))
+
+
+def _is(value: Option, flag: bool) -> bool:
+    return isinstance(value, (bool, np.bool_)) and bool(value) is flag
+
+
 def settings_of(options: Mapping[str, Option]) -> Settings:
-    """[(name with its dash, text)] of keywords {name: value}; those whose value is None are left out, True gives a flag."""
+    """[(name with its dash, text)] of keywords {name: value}; those whose value is None are left out. True gives a flag by its name alone, which is one to all
+    that read options: PETSc's monitors would take a "true" behind it for a viewer."""
     if options.get("help") is not None:
         raise InputError("option help: it prints the options and computes nothing: run the program, backspring -help, or ask for help(backspring.statics)")
-    return [("-" + _whole_text(repr(name), name), text_of(name, value)) for name, value in options.items() if value is not None]
+    return [("-" + _whole_text(repr(name), name), "" if _is(value, True) else text_of(name, value)) for name, value in options.items() if value is not None]
 
 
 def whole(name: str, value: Any) -> int:
@@ -55,7 +66,7 @@ def whole(name: str, value: Any) -> int:
 
 
 def joined(earlier: Settings, later: Settings) -> Settings:
-    """Settings, of which the later ones may replace earlier ones but not say one thing twice, under whichever of an option's names."""
+    """Settings, of which the later ones may replace earlier ones, or switch them off, but not say one thing twice, under whichever of an option's names."""
     from ._core import kept_name
 
     seen: Dict[str, str] = {}
@@ -66,7 +77,7 @@ def joined(earlier: Settings, later: Settings) -> Settings:
                 raise InputError(f"{seen[kept][1:]} and {name[1:]} are two names of one option: leave one out")
             raise InputError(f"{name[1:]} is given twice: by an argument and as an option, leave one out")
         seen[kept] = name
-    return [one for one in earlier if kept_name(one[0]).lower() not in seen] + later
+    return [one for one in earlier if kept_name(one[0]).lower() not in seen] + [one for one in later if not _off(*one)]
 
 
 def _shared(total: Shared, groups: List[str]) -> List[str]:
