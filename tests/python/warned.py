@@ -1,12 +1,14 @@
 """Warnings of the program are Python's, whenever they are given: also those of a motion's end, once. What keywords mean, and which are mistakes."""
 import re
+import subprocess
 import tempfile
 import warnings
 
 import numpy as np
-from helpers import python, raised
+from helpers import PROGRAM, python, raised
 
 import backspring as bs
+from backspring import options as keywords
 
 
 def said_by(call):
@@ -70,6 +72,7 @@ def told_at_the_end():
 AT_THE_END = """
 import atexit
 import backspring as bs
+from backspring import options as keywords
 small = lambda: bs.Lattice([[0.0], [1.2e-6]], [[0, 1]], stiffness=1.0, rest_length=1e-6, mass=[1.0, 0.025], fixed=[0])
 options = dict(dt=0.01, ts_type="bdf")
 held = bs.run(small(), until=1.0, **options)
@@ -116,6 +119,7 @@ def told_by_analyses():
 FLAGS = """
 import sys
 import backspring as bs
+from backspring import options as keywords
 net = bs.Lattice([[0.0, 0], [1, 0]], [[0, 1]], stiffness=1.0, fixed=[0], groups={"end": [1]})
 def solved(of, **options):
     print(f"{options}:", flush=True)
@@ -155,3 +159,23 @@ def flags():
             assert np.array_equal(end, again.x)
     with raised(bs.InputError, "bs_gravity needs a value"):
         bs.statics(net, bs_gravity=True)
+
+
+def misspelt():
+    """A keyword that can be no option is a mistake; what may be PETSc's is warned of where nothing reads it. All that PETSc lists may be given."""
+    net = bs.Lattice([[0.0, 0], [1, 0]], [[0, 1]], stiffness=1.0, fixed=[0], groups={"end": [1]})
+    motion = dict(dt=0.1, until=0.2)
+    for words, call in ((("load_step: no such argument", "did you mean load_steps?"), lambda: bs.statics(net, loads={"end": (0.1, 0)}, load_step=10)),
+                        (("load: ", "loads?"), lambda: bs.Statics(net, load={"end": (0.1, 0)})), (("totals: ", "total?"), lambda: bs.moduli(net, totals=True)),
+                        (("counts: ", "count?"), lambda: bs.modes(net, counts=3)), (("observer: ", "observe?"), lambda: bs.Simulation(net, dt=0.1, observer=print)),
+                        (("evry: ", "every?"), lambda: bs.run(net, evry=0.1, **motion)), (("gravity: ", "begin with bs_"), lambda: bs.run(net, gravity=(0, -1), **motion)),
+                        (("-bs_gravity: ",), lambda: bs.statics(net, **{"-bs_gravity": (0, -1)})), (("until: ",), lambda: bs.Simulation(net, **motion)),
+                        (("bs_gravty", "bs_gravity?"), lambda: bs.statics(net, bs_gravty=(0, -1)))):
+        with raised(bs.InputError, *words):
+            call()
+    said = said_by(lambda: bs.Simulation(net, dt=0.1, ts_typ="cn", Condensed_fallback_ksp_rtoll=1e-3).step())
+    assert len(said) >= 1 and "ts_typ" in "".join(said) and "ksp_rtoll" in "".join(said), said
+    listed = subprocess.run([PROGRAM, "-help"], capture_output=True, text=True, timeout=60).stdout
+    names = re.findall(r"^ +-+((?!bs_)[a-z][a-z_0-9]*)", listed, re.M)
+    odd = [name for name in names if not keywords._is_petscs(name)]
+    assert len(names) > 400 and not odd, odd

@@ -10,7 +10,7 @@ from .errors import InputError
 from .forces import held_at
 from .kinds import Comm, GivenForces, Loads, Mask, Option, Settings, Shared
 from .lattice import Lattice
-from .options import joined, loads_of, settings_of, whole
+from .options import joined, loads_of, options_of, settings_of, whole
 from .progress import Progress
 from .results import Equilibrium, Moduli, Modes
 
@@ -161,13 +161,13 @@ def _equilibrium(net: Lattice, settings: Settings, comm: Comm, forces: Optional[
     return state, found
 
 
-def _asked(net: Union[Lattice, Equilibrium], loads: Optional[Loads], total: Shared, load_steps: Optional[int], forces: Optional[GivenForces], comm: Comm,
-           options: Dict[str, Option]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:
-    """Collective. The lattice, the settings and the forces of an analysis under loads."""
+def _asked(call: Callable[..., Any], net: Union[Lattice, Equilibrium], loads: Optional[Loads], total: Shared, load_steps: Optional[int], forces: Optional[GivenForces],
+           comm: Comm, options: Dict[str, Option]) -> Tuple[Lattice, Settings, Optional[GivenForces]]:
+    """Collective. The lattice, the settings and the forces of an analysis under loads that `call` was asked for."""
     def checked() -> Tuple[Lattice, Settings, Optional[GivenForces]]:
         lattice, earlier, own = lattice_of(net, forces)
         steps = None if load_steps is None else whole("load_steps", load_steps)
-        later = loads_of(loads, total, lattice.dim) + settings_of({"bs_load_steps": steps}) + settings_of(options)
+        later = loads_of(loads, total, lattice.dim) + settings_of({"bs_load_steps": steps}) + options_of(call, options)
         return lattice, joined(earlier, later), own
 
     return on_all(comm, checked)
@@ -186,7 +186,7 @@ def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, 
     bs_motion_top="y=velocity:0.1".
     Raises InputError, and ConvergenceError whose state is the last equilibrium on the way.
     """
-    lattice, settings, forces = _asked(net, loads, total, load_steps, forces, comm, options)
+    lattice, settings, forces = _asked(statics, net, loads, total, load_steps, forces, comm, options)
     state = _equilibrium(lattice, settings, comm, forces, lambda session, more: session.statics(more), progress, observe, stop)[0]
     assert state is not None
     return state
@@ -195,7 +195,7 @@ def statics(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, 
 def moduli(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: Optional[int] = None, total: Shared = False, forces: Optional[GivenForces] = None,
            progress: bool = False, comm: Comm = None, **options: Option) -> Moduli:
     """The stiffness of a periodic lattice at its equilibrium [N/m^(d-1)]; arguments as of statics."""
-    lattice, settings, forces = _asked(net, loads, total, load_steps, forces, comm, options)
+    lattice, settings, forces = _asked(moduli, net, loads, total, load_steps, forces, comm, options)
     state, found = _equilibrium(lattice, settings, comm, forces, lambda session, more: session.moduli(more), progress)
     return Moduli(found, state)
 
@@ -207,7 +207,7 @@ def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[
         lattice, earlier, own = lattice_of(net, forces)
         about = [("-bs_modes_about", "equilibrium")] if isinstance(net, Equilibrium) else []
         earlier = [one for one in earlier if one[0].startswith("-bs_")]  # the others are PETSc's, of solves that there are none of
-        given = settings_of(options)
+        given = options_of(modes, options)
         joined([], settings_of({"bs_modes": whole("count", count)}) + given)  # how many they are is said once
         return whole("count", count), lattice, joined(joined(earlier, about), given), own
 

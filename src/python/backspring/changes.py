@@ -85,7 +85,7 @@ class Statics(InProcess):
     def __init__(self, net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, load_steps: Optional[int] = None, total: Shared = False,
                  forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> None:
         self._number: Optional[int] = None
-        self.lattice, self._settings, self._forces = _asked(net, loads, total, load_steps, forces, comm, options)
+        self.lattice, self._settings, self._forces = _asked(Statics, net, loads, total, load_steps, forces, comm, options)
         self._all = [("-bs_output_springs", "true")] + self._settings
         self._comm, self._stands = comm, False
         self._session, self._number = new_session(comm, self.lattice, [], self._forces, self._all)

@@ -18,7 +18,7 @@ from .errors import InputError
 from .frames import Frame
 from .kinds import Comm, Floats, GivenForces, Loads, Mask, Observables, Option, Settings, Shared
 from .lattice import Lattice
-from .options import joined, loads_of, settings_of, whole
+from .options import joined, loads_of, options_of, settings_of, whole
 from .readonly import read_only
 from .results import Equilibrium
 from .watching import Found, Observe, Watched
@@ -52,7 +52,7 @@ class Simulation(Watched):
                 if one is not None and not callable(one):
                     raise InputError(f"{name}: {one!r} is no function of t and a frame")
             lattice, earlier, own = start_of(net, forces)
-            given = loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + settings_of(options)
+            given = loads_of(loads, total, lattice.dim) + settings_of({"ts_dt": dt}) + options_of(Simulation, options)
             both = joined(earlier, given)
             if isinstance(net, Equilibrium):
                 refuse_led([one for one in both if one not in given], net.lattice)

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import difflib
+import inspect
 import numbers
 import operator
 import os
-from typing import Any, Dict, List, Mapping, Optional
+from typing import Any, Callable, Dict, List, Mapping, Optional
 
 import numpy as np
 
 from .arguments import array_of, real_array
 from .errors import InputError
 from .kinds import Loads, Option, Settings, Shared
+
+# Of PETSc's and SLEPc's names, also behind prefixes that solvers within solvers have, at least one part is one of these: classes, what they print, the library itself.
+PETSC = frozenset("""ts snes ksp pc mat vec dm da is sf pf ao tao eps st svd pep nep mfn lme bv ds rg fn sub mg fieldsplit partitioner petscspace petscdualspace petscfe
+    view viewer monitor draw log options memory malloc objects info help version citations flops error fp debugger signal mpi random saws device cuda hip gpu kokkos dll
+    petscrc petsc display tmp condensed""".split())
 
 
 def _whole_text(name: str, text: str) -> str:
@@ -55,6 +62,22 @@ def settings_of(options: Mapping[str, Option]) -> Settings:
     if options.get("help") is not None:
         raise InputError("option help: it prints the options and computes nothing: run the program, backspring -help, or ask for help(backspring.statics)")
     return [("-" + _whole_text(repr(name), name), "" if _is(value, True) else text_of(name, value)) for name, value in options.items() if value is not None]
+
+
+def _is_petscs(name: str) -> bool:
+    return any(part in PETSC for part in name.lower().split("_"))
+
+
+def options_of(call: Callable[..., Any], options: Mapping[str, Option]) -> Settings:
+    """The settings of what `call` was given beside its own keywords. What can be no option either is a misspelt one of those: without it something else would
+    be computed. Of what may be PETSc's the program says which nothing has read."""
+    own = [one.name for one in inspect.signature(call).parameters.values() if one.kind is not one.VAR_KEYWORD]
+    for name in options:
+        if not (name.lower().startswith("bs_") or _is_petscs(name)):
+            near = difflib.get_close_matches(name.lower(), own, 1)
+            advice = f"did you mean {near[0]}?" if near else "options of the program begin with bs_, those of PETSc with ts_, snes_, ksp_ and the like"
+            raise InputError(f"{name}: no such argument; {advice}")
+    return settings_of(options)
 
 
 def whole(name: str, value: Any) -> int:

@@ -11,7 +11,7 @@ from .frames import Frame
 from .kinds import Comm, GivenForces, Loads, Option, Settings, Shared
 from .lattice import Lattice
 from .motion import Simulation
-from .options import joined, settings_of
+from .options import joined, options_of, settings_of
 from .progress import Progress
 from .results import Equilibrium
 from .watching import Observe
@@ -35,7 +35,7 @@ def run(net: Union[Lattice, Equilibrium], *, until: float, dt: Optional[float] =
     def checked() -> Settings:
         times["ts_max_time"] = float(array_of("until", until, ()))
         times["bs_output_interval"] = None if every is None else float(array_of("every", every, (), positive=True))
-        return joined([], settings_of(times) + settings_of(options))
+        return joined([], settings_of(times) + options_of(run, options))
 
     on_all(comm, checked)
     simulation = Simulation(net, dt=dt, loads=loads, total=total, forces=forces, observe=observe, stop=stop, comm=comm,
