@@ -28,7 +28,7 @@ from crossings import after_failures, followed_boxes, forces_in_no_file, from_eq
 from kept_promises import first_moments, images, load_factors, skewed, said_plainly, steps_of_loads, strained_boxes, where_motions_begin  # noqa: E402
 from shown import flowing_boxes, modes_about, read_only, solvers_that_ended, without_an_end  # noqa: E402
 from states import foreign_states, healed, histories, removed_for_good, restored, resumed, room  # noqa: E402
-from warned import flags, misspelt, told_at_the_end, told_by_analyses, told_by_the_interpreter  # noqa: E402
+from warned import flags, misspelt, so_many_modes, told_at_the_end, told_by_analyses, told_by_the_interpreter  # noqa: E402
 
 
 def files():
@@ -129,7 +129,7 @@ def main():
     chosen = sys.argv[sys.argv.index("--filter") + 1] if "--filter" in sys.argv else ""
     for part in (on_two_ranks, on_ranks, balanced_on_ranks, kicked_on_ranks, loops_left, loops_at_the_end, pooled, followed_on_ranks, between_on_ranks, foreign_states, healed, resumed, told_by_the_interpreter,  # before this process starts MPI
                  after_failures, led, losses, removed, from_equilibria, without_tangent, followed_boxes, forces_in_no_file,
-                 bad_arguments, copied, closed_forms, changed_numbers, restored, removed_for_good, told_at_the_end, told_by_analyses, flags, misspelt, modes_where_it_stands, rests, histories, room, sensitivities, bent, designed, followed, soft_beside_stiff, load_steps, flat_nets, breaking_turns, written_back, told_once, ends_of_calls, ends_of_tables, names_of_checkpoints, given_back, long_boxes, what_estimates_miss, told_apart, strained_starts, dragged, load_factors, steps_of_loads, where_motions_begin, first_moments, images, skewed, strained_boxes, said_plainly, read_only, modes_about, without_an_end, flowing_boxes, solvers_that_ended, own_forces, implicit_forces, random_forces, barriers, flying_pair, between_particles, coupled, in_petsc, files, misuse, every_step, so_many_steps, frames_alone, found_alone, bound, views, held_groups, balanced, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
+                 bad_arguments, copied, closed_forms, changed_numbers, restored, removed_for_good, told_at_the_end, told_by_analyses, flags, misspelt, so_many_modes, modes_where_it_stands, rests, histories, room, sensitivities, bent, designed, followed, soft_beside_stiff, load_steps, flat_nets, breaking_turns, written_back, told_once, ends_of_calls, ends_of_tables, names_of_checkpoints, given_back, long_boxes, what_estimates_miss, told_apart, strained_starts, dragged, load_factors, steps_of_loads, where_motions_begin, first_moments, images, skewed, strained_boxes, said_plainly, read_only, modes_about, without_an_end, flowing_boxes, solvers_that_ended, own_forces, implicit_forces, random_forces, barriers, flying_pair, between_particles, coupled, in_petsc, files, misuse, every_step, so_many_steps, frames_alone, found_alone, bound, views, held_groups, balanced, remembered, without_steps, observers, interrupted, side_by_side, failures, memory, pictures_and_tools, documented, imported):
         if chosen in part.__name__:
             begin = time.time()
             part()

@@ -179,3 +179,22 @@ def misspelt():
     names = re.findall(r"^ +-+((?!bs_)[a-z][a-z_0-9]*)", listed, re.M)
     odd = [name for name in names if not keywords._is_petscs(name)]
     assert len(names) > 400 and not odd, odd
+
+
+def so_many_modes():
+    """Without a number they are as many as of the program, or all that there are, without a word: nobody has asked for more."""
+    held, free = (bs.Lattice([[0.0, 0], [1, 0], [0.5, 0.8]], [[0, 1], [1, 2], [2, 0]], stiffness=1.0, mass=0.1, fixed=fixed) for fixed in ([0, 1], ()))
+    long = bs.Lattice(np.arange(40.0), np.column_stack([np.arange(39), np.arange(1, 40)]), stiffness=1.0, fixed=[0])
+    found = []
+    for net in (held, free, long):
+        said = said_by(lambda: found.append(bs.modes(net)))
+        assert not said, said
+    said = said_by(lambda: found.extend([bs.modes(long, bs_modes=3), bs.modes(held, bs_modes=2)]))
+    assert not said and [len(one) for one in found] == [2, 3, 10, 3, 2], (said, [len(one) for one in found])
+    for call in (lambda: bs.modes(held, 10), lambda: bs.modes(held, bs_modes=10)):
+        said = said_by(call)
+        assert len(said) == 1 and "fewer than the 10" in said[0], said
+    with tempfile.TemporaryDirectory() as folder:
+        long.save(f"{folder}/net.h5")
+        done = subprocess.run([PROGRAM, "-bs_task", "modes", "-bs_lattice_file", f"{folder}/net.h5"], capture_output=True, text=True, timeout=60)
+    assert "modes=10 " in done.stdout, done.stdout + done.stderr

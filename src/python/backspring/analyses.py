@@ -78,6 +78,8 @@ def start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) ->
     return there, [one for one in settings if one[0].startswith("-bs_") and not one[0].startswith(found_by)], own
 
 
+MODES = 10  # the program's default of -bs_modes
+
 Analysis = Callable[["Session", Settings], Tuple["Problem", "Found"]]
 Watch = Callable[[float, "Equilibrium"], Any]
 
@@ -132,8 +134,8 @@ class _Watched:
 
 
 def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis,
-           watched: Optional[_Watched] = None) -> Tuple[Problem, Found]:
-    """(error, found) of `analysis` of a session of its own, and the lattice."""
+           watched: Optional[_Watched] = None, unasked: Optional[str] = None) -> Tuple[Problem, Found]:
+    """(error, found) of `analysis` of a session of its own, and the lattice. unasked: words of a warning about what nobody has asked for."""
     try:
         session, number = new_session(comm, net, [], forces, settings)
         try:
@@ -142,7 +144,7 @@ def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenF
             error, found = analysis(session, settings)
             if watched:
                 watched.check()
-            tell(session)
+            tell(session, unasked)
         finally:
             end_session(session, number)
     finally:
@@ -200,19 +202,22 @@ def moduli(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, l
     return Moduli(found, state)
 
 
-def modes(net: Union[Lattice, Equilibrium], count: int = 6, *, forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> Modes:
-    """The `count` lowest free vibrations: of a lattice about its start, or with bs_modes_about="equilibrium" about the
+def modes(net: Union[Lattice, Equilibrium], count: Optional[int] = None, *, forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> Modes:
+    """The `count` lowest free vibrations, by default 10, as of the program, or all where there are fewer: of a lattice about its start, or with bs_modes_about="equilibrium" about the
     equilibrium under its full loads; of an equilibrium about it as it stands, under the loads of its load factor. forces, comm, options as of statics."""
-    def checked() -> Tuple[int, Lattice, Settings, Optional[GivenForces]]:
+    def checked() -> Tuple[Optional[int], Lattice, Settings, Optional[GivenForces]]:
+        asked = options.pop("bs_modes", None) if count is None else count
+        number = None if asked is None else whole("count", asked)
         lattice, earlier, own = lattice_of(net, forces)
         about = [("-bs_modes_about", "equilibrium")] if isinstance(net, Equilibrium) else []
         earlier = [one for one in earlier if one[0].startswith("-bs_")]  # the others are PETSc's, of solves that there are none of
         given = options_of(modes, options)
-        joined([], settings_of({"bs_modes": whole("count", count)}) + given)  # how many they are is said once
-        return whole("count", count), lattice, joined(joined(earlier, about), given), own
+        joined([], settings_of({"bs_modes": number}) + given)  # how many they are is said once
+        return number, lattice, joined(joined(earlier, about), given), own
 
-    wanted, lattice, settings, forces = on_all(comm, checked)
+    number, lattice, settings, forces = on_all(comm, checked)
     state = net._state if isinstance(net, Equilibrium) else None
-    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, state))
+    wanted, unasked = (MODES, f"fewer than the {MODES} of -bs_modes") if number is None else (number, None)
+    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, state), unasked=unasked)
     errors.check(error)
     return Modes(found, lattice)
