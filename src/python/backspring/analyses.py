@@ -203,8 +203,8 @@ def moduli(net: Union[Lattice, Equilibrium], loads: Optional[Loads] = None, *, l
 
 
 def modes(net: Union[Lattice, Equilibrium], count: Optional[int] = None, *, forces: Optional[GivenForces] = None, comm: Comm = None, **options: Option) -> Modes:
-    """The `count` lowest free vibrations, by default 10, as of the program, or all where there are fewer: of a lattice about its start, or with bs_modes_about="equilibrium" about the
-    equilibrium under its full loads; of an equilibrium about it as it stands, under the loads of its load factor. forces, comm, options as of statics."""
+    """The `count` lowest free vibrations, by default 10, or all where there are fewer: of a lattice about its start, or with
+    bs_modes_about="equilibrium" about the equilibrium under its full loads; of an equilibrium about it as it stands, under the loads of its load factor. forces, comm, options as of statics."""
     def checked() -> Tuple[Optional[int], Lattice, Settings, Optional[GivenForces]]:
         asked = options.pop("bs_modes", None) if count is None else count
         number = None if asked is None else whole("count", asked)

@@ -52,16 +52,13 @@ def _off(name: str, text: str) -> bool:
     return text == "false" and not small.startswith("-bs_") and any(part in small for part in ("monitor", "view", "converged_reason"))
 
 
-def _is(value: Option, flag: bool) -> bool:
-    return isinstance(value, (bool, np.bool_)) and bool(value) is flag
-
-
 def settings_of(options: Mapping[str, Option]) -> Settings:
     """[(name with its dash, text)] of keywords {name: value}; those whose value is None are left out. True gives a flag by its name alone, which is one to all
     that read options: PETSc's monitors would take a "true" behind it for a viewer."""
     if options.get("help") is not None:
         raise InputError("option help: it prints the options and computes nothing: run the program, backspring -help, or ask for help(backspring.statics)")
-    return [("-" + _whole_text(repr(name), name), "" if _is(value, True) else text_of(name, value)) for name, value in options.items() if value is not None]
+    given = {name: "" if isinstance(value, (bool, np.bool_)) and value else value for name, value in options.items() if value is not None}
+    return [("-" + _whole_text(repr(name), name), text_of(name, value)) for name, value in given.items()]
 
 
 def _is_petscs(name: str) -> bool:
