@@ -269,7 +269,8 @@ const char* waveform_help() {
   return "u(t): one waveform for every column of B, separated by ';': constant(value), step(amp,t0,offset), "
          "pulse(amp,t0,rise,width,fall,offset,period) where width is that of the flat top, sine(amp,freq,phase,offset,delay,damping) with phase "
          "in rad and damping in 1/s, exp(v1,v2,t1,tau1,t2,tau2), pwl(t1,v1,t2,v2,...); parameters in this order or by name: "
-         "pulse(amp=5,t0=1e-3,width=2e-3). A step has its new value at t0 itself; where a step in time ends there, cn, theta at 0.5 and bdf compute with the mean of both sides. With blanks instead of commas, arguments follow SPICE's order and "
+         "pulse(amp=5,t0=1e-3,width=2e-3). A step has its new value at t0 itself; where a step in time ends there, cn, theta at 0.5 and bdf compute "
+         "with the mean of both sides. With blanks instead of commas, arguments follow SPICE's order and "
          "may have its suffixes (k, m, MEG, 5mV): SIN(VO VA FREQ TD THETA PHASE) with the phase in degrees, PULSE(V1 V2 TD TR TF PW PER), "
          "EXP(V1 V2 TD1 TAU1 TD2 TAU2), PWL(T1 V1 T2 V2 ...), in upper or lower case";
 }
