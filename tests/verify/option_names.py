@@ -82,5 +82,21 @@ def line_searches(checks, folder):
         checks.true(f"{' '.join(options)}: the same as {' '.join(other)}", same and "warning" not in two[1] + one[1], "" if same else two[1][-300:])
 
 
+def values(checks, folder):
+    """PETSc's options for numbers and types without a value, and an end that lies before the checkpoint, are refused; -help begins without warnings."""
+    chain = [checks.program, "-bs_lattice_type", "chain", "-bs_lattice_size", "4"]
+    call = lambda *words: subprocess.run(words, cwd=folder, env=environment(1), capture_output=True, text=True, timeout=60)
+    for words, name in ((("-ts_dt", "-ts_max_time", "1"), "-ts_dt"), (("-ts_max_time",), "-ts_max_time"), (("-snes_rtol", "-ts_dt", "0.1"), "-snes_rtol"), (("-fieldsplit_x_ksp_type",), "-fieldsplit_x_ksp_type")):
+        done = call(*chain, *words)
+        checks.true(f"{' '.join(words)}: refused", done.returncode == 2 and f"option {name} needs a value" in done.stderr, done.stderr[-200:])
+    first = call(*chain, "-ts_dt", "0.1", "-ts_max_time", "0.4", "-bs_checkpoint", "c.ck")
+    checks.true("a run with a checkpoint", first.returncode == 0, first.stderr[-200:])
+    for end, code in (("0.2", 2), ("0.4", 0), ("0.6", 0)):
+        done = call(checks.program, "-bs_restart", "c.ck", "-ts_max_time", end, "-bs_overwrite")
+        checks.true(f"continued to t = {end} s: exit {code}", done.returncode == code and (code == 0 or "c.ck is at t = 0.4 s already" in done.stderr), done.stderr[-200:])
+    help_of_all = call(checks.program, "-help")
+    checks.true("-help begins without a warning", help_of_all.returncode == 0 and "warning" not in help_of_all.stderr and help_of_all.stdout.startswith("backspring: implicit"), help_of_all.stderr[:200])
+
+
 if __name__ == "__main__":
-    run_parts(__doc__, (steps, rejections, stages, line_searches))
+    run_parts(__doc__, (steps, rejections, stages, line_searches, values))

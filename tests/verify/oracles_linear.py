@@ -117,7 +117,7 @@ def check_jumps(checks, folder):
             if name != "midpoint":
                 checks.near(f"algebraic state of {name}, {what}", run.value[-1, 1], last, 1e-12)
     whole = {**system, **sources["table"][0], **TYPES["tr"], "ts_dt": 0.05, "ts_max_time": 1.0}
-    checks.run({"bs_model": "linear", **whole, "ts_max_time": 0.5, "bs_checkpoint": folder / "c.ck", "bs_output": "none"})
+    checks.run({"bs_model": "linear", **whole, "ts_max_time": 0.5, "bs_checkpoint": folder / "c.ck", "bs_output": "half.h5md"})
     on = checks.run({"bs_restart": folder / "c.ck", "ts_max_time": 1.0, "bs_output": "on.h5md"}, keep=("on.h5md",))
     with h5py.File(io.BytesIO(on.files["on.h5md"])) as f:
         checks.near("a run that goes on from a jump", f["states/value"][-1], States(checks, whole).value[-1], 0)
