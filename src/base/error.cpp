@@ -8,12 +8,18 @@ namespace bs {
 
 namespace {
 
-/// The errors of one communicator.
+/// The errors and warnings of one communicator.
 struct Errors {
   Error last;
   Exit phase = Exit::input;
   Listener listener;
+  std::vector<std::string> warned{};              ///< keys of what was warned of outside of runs
+  std::vector<std::vector<std::string>*> runs{};  ///< keys of the runs that are under way, the latest one last
 };
+
+void insert(std::vector<std::string>* keys, const std::string& key) {
+  if (std::find(keys->begin(), keys->end(), key) == keys->end()) keys->push_back(key);
+}
 
 /// Told to the listener before it is passed up.
 PetscErrorCode hold(MPI_Comm comm, const Error& error, bool alone) {
@@ -91,19 +97,15 @@ PetscErrorCode fail_here(MPI_Comm comm, Exit exit, const std::string& text) {
   return hold(comm, error, true);
 }
 
-PetscErrorCode warn(MPI_Comm comm, const std::string& text) {
+PetscErrorCode warn(MPI_Comm comm, const std::string& key, const std::string& text) {
+  Errors& all = held_by<Errors>(comm);
   PetscFunctionBegin;
-  const PetscMPIInt rank = rank_of(comm);
-  if (rank == 0) PetscCall(warn_here(comm, text));
+  insert(all.runs.empty() ? &all.warned : all.runs.back(), key);
+  if (rank_of(comm) == 0 && all.listener.warning) all.listener.warning(text);
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode warn_here(MPI_Comm comm, const std::string& text) {
-  const Listener& listener = held_by<Errors>(comm).listener;
-  PetscFunctionBegin;
-  if (listener.warning) listener.warning(text);
-  PetscFunctionReturn(0);
-}
+PetscErrorCode warn_here(MPI_Comm comm, const std::string& key, const std::string& text) { return rank_of(comm) == 0 ? warn(comm, key, text) : 0; }
 
 const Error& last_error(MPI_Comm comm) { return held_by<Errors>(comm).last; }
 
@@ -126,28 +128,37 @@ void set_phase(MPI_Comm comm, Exit phase) { held_by<Errors>(comm).phase = phase;
 
 Exit present_phase(MPI_Comm comm) { return held_by<Errors>(comm).phase; }
 
+Warnings::Warnings(MPI_Comm comm) : comm_(comm), keys_(held_by<Errors>(comm).warned) { held_by<Errors>(comm).runs.push_back(&keys_); }
+
+Warnings::~Warnings() {
+  auto& runs = held_by<Errors>(comm_).runs;
+  runs.erase(std::remove(runs.begin(), runs.end(), &keys_), runs.end());
+}
+
 bool Warnings::has(const std::string& key) const { return std::find(keys_.begin(), keys_.end(), key) != keys_.end(); }
 
 PetscErrorCode Warnings::add(const std::string& key, const std::string& text) {
   PetscFunctionBegin;
   if (has(key)) PetscFunctionReturn(0);
   keys_.push_back(key);
-  PetscCall(warn(comm_, text));
+  PetscCall(warn(comm_, key, text));
   PetscFunctionReturn(0);
 }
 
-void Warnings::save(Facts* facts) const {
+PetscErrorCode Warnings::save(Facts* facts) const {
   std::string all;
+  PetscFunctionBegin;
   for (const std::string& key : keys_) all += (all.empty() ? "" : " ") + key;
+  PetscCall(share_text(comm_, &all));
   if (!all.empty()) facts->text["warnings"] = all;
+  PetscFunctionReturn(0);
 }
 
 void Warnings::restore(const Facts& facts) {
   const auto saved = facts.text.find("warnings");
   if (saved == facts.text.end()) return;
   std::istringstream words(saved->second);
-  for (std::string key; words >> key;)
-    if (!has(key)) keys_.push_back(key);
+  for (std::string key; words >> key;) insert(&keys_, key);
 }
 
 }  // namespace bs

@@ -41,9 +41,9 @@ PetscErrorCode fail_here(MPI_Comm comm, Exit exit, const std::string& text);
 /// Collective. The text of the error with the smallest `where` (then rank) on every rank; empty if no rank has one. It is not held.
 PetscErrorCode first_error(MPI_Comm comm, const Error& error, std::string* text);
 
-/// Collective, and on one rank alone: something the run met and goes on with. The text is passed on once.
-PetscErrorCode warn(MPI_Comm comm, const std::string& text);
-PetscErrorCode warn_here(MPI_Comm comm, const std::string& text);
+/// Collective, and on rank 0 alone: something that is met and gone on with. The text is passed on once; `key` names it among the Warnings of the run.
+PetscErrorCode warn(MPI_Comm comm, const std::string& key, const std::string& text);
+PetscErrorCode warn_here(MPI_Comm comm, const std::string& key, const std::string& text);
 
 /// Local. The error that `comm` holds, without text if there is none; the reference stays good as long as the communicator's context.
 const Error& last_error(MPI_Comm comm);
@@ -80,15 +80,20 @@ class PetscErrors {
 };
 
 /// One list for a run, whatever its task: a warning is printed once, counted in the last line, named in the report, and stays with a run that is
-/// continued from a checkpoint.
+/// continued from a checkpoint. It has those given before any run, of the input, and those given while it is the latest one.
 class Warnings {
  public:
-  explicit Warnings(MPI_Comm comm) : comm_(comm) {}
-  /// Collective. `key` names it in the report; a second one of that name is left out.
+  explicit Warnings(MPI_Comm comm);
+  Warnings(const Warnings&) = delete;
+  Warnings& operator=(const Warnings&) = delete;
+  ~Warnings();
+  /// Collective. A second one of that key is left out.
   PetscErrorCode add(const std::string& key, const std::string& text);
   bool has(const std::string& key) const;
+  /// Local, complete on rank 0.
   const std::vector<std::string>& keys() const { return keys_; }
-  void save(Facts* facts) const;
+  /// Collective.
+  PetscErrorCode save(Facts* facts) const;
   void restore(const Facts& facts);
 
  private:

@@ -72,6 +72,7 @@ PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string*
   const PetscMPIInt rank = rank_of(comm);
   if (rank == 0 && !name->empty() && (*name)[0] != '/' && !is_file(*name)) {
     std::vector<std::string> places = all.option_folders;
+    if (const std::string then = folder_of_recalled(comm, option); !then.empty()) places.insert(places.begin(), then);
     for (const std::string& folder : shared_folders()) places.insert(places.end(), {folder, folder + "/meshes"});
     for (auto place = places.rbegin(); place != places.rend(); ++place)
       if (is_file(*place + "/" + *name)) found = *place + "/" + *name;

@@ -13,7 +13,7 @@ namespace bs {
 namespace {
 
 struct Recalled {
-  std::string from, written;  ///< from: the checkpoint; written: the name as it stands in it
+  std::string from, folder, written;  ///< from: the checkpoint; folder: of its run; written: the name as it stands in it
   bool own;
 };
 
@@ -40,11 +40,17 @@ bool lies_below(const std::filesystem::path& path, const std::filesystem::path& 
 
 }  // namespace
 
-void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, bool own) {
-  held_by<RecalledOptions>(comm)[lower(option)] = {from, option, own};
+void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, const std::string& folder, bool own) {
+  held_by<RecalledOptions>(comm)[lower(option)] = {from, folder, option, own};
 }
 
 bool is_recalled(MPI_Comm comm, const std::string& option) { return held_by<RecalledOptions>(comm).count(lower(option)) > 0; }
+
+std::string folder_of_recalled(MPI_Comm comm, const std::string& option) {
+  const RecalledOptions& recalled = held_by<RecalledOptions>(comm);
+  const auto at = recalled.find(lower(option));
+  return at == recalled.end() ? std::string() : at->second.folder;
+}
 
 PetscErrorCode withdraw_recalled(MPI_Comm comm, const std::string& option) {
   RecalledOptions& recalled = held_by<RecalledOptions>(comm);
@@ -75,9 +81,10 @@ PetscErrorCode warn_left_out(MPI_Comm comm) {
   PetscFunctionBegin;
   all.warned = true;
   if (all.options.empty()) PetscFunctionReturn(0);
-  PetscCall(warn(comm, all.from + ": not taken over from it: " + all.options +
-                           ": options that write files or load libraries apply only if they are given again; those of the trajectory and the "
-                           "checkpoint also if these lie beside it"));
+  PetscCall(warn(comm, "options_left_out",
+                 all.from + ": not taken over from it: " + all.options +
+                     ": options that write files or load libraries apply only if they are given again; those of the trajectory and the "
+                     "checkpoint also if these lie beside it"));
   all.options.clear();
   PetscFunctionReturn(0);
 }

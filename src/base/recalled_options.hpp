@@ -6,12 +6,13 @@
 
 namespace bs {
 
-/// Local. From now on `option` (with its dash, in any case) counts as brought by the checkpoint `from`. `own`: it names the trajectory or the
-/// checkpoint that this run goes on with.
-void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, bool own);
+/// Local. From now on `option` (with its dash, in any case) counts as brought by the checkpoint `from`, of a run that was started in `folder`. `own`:
+/// it names the trajectory or the checkpoint that this run goes on with.
+void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, const std::string& folder, bool own);
 
-/// Local. Whether a checkpoint brought it.
+/// Local. Whether a checkpoint brought it, and the folder in which the run of that checkpoint was started; empty if none brought it.
 bool is_recalled(MPI_Comm comm, const std::string& option);
+std::string folder_of_recalled(MPI_Comm comm, const std::string& option);
 
 /// Collective. Takes `option` out of PETSc's table if a checkpoint brought it, unless it was noted as the run's own; to be called by the reader of
 /// every option that names something to write.

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <set>
 #include "base/collective.hpp"
 #include "base/error.hpp"
@@ -70,6 +72,24 @@ bool own_checkpoint(const std::string& file, const std::string& restart) {
   return beside(file, restart) && is_checkpoint(file);
 }
 
+/// The folder in which the run was started that wrote the checkpoint `restart` under the name `written`; this folder where that name does not tell.
+std::string folder_of_run(const std::string& written, const std::string& restart) {
+  const std::filesystem::path below = std::filesystem::path(written).parent_path().lexically_normal();
+  std::string folder = folder_of(restart);
+  if (written.empty() || below.is_absolute()) return ".";
+  for (const std::filesystem::path& part : below) {
+    if (part == "..") return ".";
+    if (!part.empty() && part != ".") folder += "/..";
+  }
+  return folder;
+}
+
+/// A file of the run that was started in `folder`, as it is named from here.
+std::string from_here(const std::string& file, const std::string& folder, const std::string& restart) {
+  const bool there = file.empty() || file[0] == '/' || folder == "." || beside(file, restart);
+  return there ? file : (std::filesystem::path(folder) / file).lexically_normal().string();
+}
+
 /// Options that name the run's own files: taken where these lie beside the checkpoint.
 bool names_own_file(const std::string& name) { return name == "bs_output" || name == "bs_checkpoint"; }
 
@@ -80,6 +100,23 @@ bool taken(const std::string& name, const std::string& value, const std::string&
   if (name == "bs_output") return beside(value, restart);
   if (name == "bs_checkpoint" || name == "bs_checkpoint_every" || name == "bs_checkpoint_minutes") return with_checkpoint;
   return true;
+}
+
+/// Collective. Names the run's own files as they are named from here; `folder` is where the run was started.
+PetscErrorCode name_from_here(MPI_Comm comm, const std::string& restart, std::vector<std::pair<std::string, std::string>>* options,
+                              std::string* folder) {
+  std::map<std::string, std::string> own;
+  PetscFunctionBegin;
+  for (const auto& [name, value] : *options)
+    if (names_own_file(lower(name))) own[lower(name)] = value;
+  *folder = folder_of_run(own.count("bs_checkpoint") ? own["bs_checkpoint"] : own["bs_output"], restart);
+  const PetscMPIInt rank = rank_of(comm);
+  for (auto& [name, value] : *options) {
+    if (!names_own_file(lower(name))) continue;
+    if (rank == 0) value = from_here(value, *folder, restart);
+    PetscCall(share_text(comm, &value));
+  }
+  PetscFunctionReturn(0);
 }
 
 }  // namespace
@@ -97,8 +134,10 @@ PetscErrorCode recall_options(MPI_Comm comm) {
   const PetscMPIInt rank = rank_of(comm);
   CheckpointFile checkpoint;
   PetscCall(checkpoint.open(comm, file));
-  const auto& options = checkpoint.options();
+  auto options = checkpoint.options();
+  std::string folder;
   bool with_checkpoint = is_given("-bs_checkpoint");
+  PetscCall(name_from_here(comm, file, &options, &folder));
   for (const auto& [name, value] : options)
     if (rank == 0 && !with_checkpoint && lower(name) == "bs_checkpoint") with_checkpoint = own_checkpoint(value, file);
   std::vector<char> take(options.size(), 0);
@@ -115,7 +154,7 @@ PetscErrorCode recall_options(MPI_Comm comm) {
       continue;
     }
     PetscCall(PetscOptionsSetValue(nullptr, key.c_str(), value.empty() ? nullptr : value.c_str()));
-    note_recalled(comm, key, file, names_own_file(lower(name)));
+    note_recalled(comm, key, file, folder, names_own_file(lower(name)));
   }
   PetscFunctionReturn(0);
 }
@@ -154,7 +193,8 @@ PetscErrorCode warn_changed_options(MPI_Comm comm, const CheckpointFile& file, s
   for (const auto& [name, value, was] : changed) {
     const std::string given = "-" + name + (value.empty() ? "" : " " + value);
     if (forms_trajectory(lower(name))) form->push_back(given);
-    else if (!harmless(name)) PetscCall(warn(comm, "the run continues with " + given + "; it was " + was + " when " + file.name() + " was written"));
+    else if (!harmless(name))
+      PetscCall(warn(comm, "continued_otherwise", "the run continues with " + given + "; it was " + was + " when " + file.name() + " was written"));
   }
   PetscFunctionReturn(0);
 }
@@ -219,7 +259,8 @@ PetscErrorCode require_same_inputs(MPI_Comm comm, const CheckpointFile& file, co
       PetscCall(fail(comm, Exit::input,
                      option + " " + paths + ": its contents have changed since " + file.name() + " was written: restore them, or give " + option +
                          " again to continue with the present contents"));
-    PetscCall(warn(comm, "the run continues with other contents of " + option + " " + paths + " than when " + file.name() + " was written"));
+    PetscCall(warn(comm, "continued_otherwise",
+                   "the run continues with other contents of " + option + " " + paths + " than when " + file.name() + " was written"));
   }
   PetscFunctionReturn(0);
 }

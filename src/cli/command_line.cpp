@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -38,6 +39,7 @@ std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bo
     }
     return {};
   }
+  std::map<std::string, std::size_t> lines;
   for (const yaml_node_pair_t* pair = node.data.mapping.pairs.start; pair < node.data.mapping.pairs.top; ++pair) {
     const yaml_node_t& key = *yaml_document_get_node(document, pair->key);
     if (key.type != YAML_SCALAR_NODE) return at(key) + "a name must be a word; write 'name: value'";
@@ -46,6 +48,9 @@ std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bo
     if (dashes > 0 && dashes < name.size())
       return at(key) + "'" + name + "': names stand without their dash; write '" + name.substr(dashes) + ": value'";
     if (name.rfind("options_file", 0) == 0) return at(key) + "PETSc reads no option file that a YAML file names; name it on the command line";
+    const auto [first, once] = lines.try_emplace(lower(name), key.start_mark.line + 1);
+    if (!once && name.rfind("$$", 0) != 0)  // PETSc's mark of remarks
+      return at(key) + "'" + name + format("' stands in line %zu already; write each option once", first->second);
     const std::string fault = fault_of_node(document, *yaml_document_get_node(document, pair->value), false, levels - 1, budget);
     if (!fault.empty()) return fault;
   }

@@ -72,7 +72,7 @@ PetscErrorCode warn_of_idle_options(MPI_Comm comm, const std::string& source) {
   PetscFunctionBegin;
   for (const char* name : names)
     if (is_given(name)) idle += (idle.empty() ? "" : ", ") + std::string(name);
-  if (!idle.empty()) PetscCall(warn(comm, source + ": the file has its own values; ignored: " + idle));
+  if (!idle.empty()) PetscCall(warn(comm, "ignored_options", source + ": the file has its own values; ignored: " + idle));
   PetscFunctionReturn(0);
 }
 

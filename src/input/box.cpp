@@ -102,8 +102,7 @@ PetscErrorCode check_range(MPI_Comm comm, const Joined& joined, const Lattice& l
   PetscFunctionReturn(0);
 }
 
-/// `padded`: shifts of springs may have fewer than d components.
-PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& joined, bool padded, Lattice* l) {
+PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& joined, Lattice* l) {
   const int ends = joined.width - joined.first;
   Table table;
   TableShape shape;
@@ -112,15 +111,9 @@ PetscErrorCode read_shifts(MPI_Comm comm, const Hdf5File& file, const Joined& jo
   shape.integers = true;
   shape.rows = joined.rows.total;
   shape.row_name = "M";
-  shape.columns = padded && ends == 1 ? TableShape::any : l->dim * ends;
+  shape.columns = l->dim * ends;
   PetscCall(file.find(joined.dataset, shape, &table));
   PetscCall(file.read(table, joined.rows.first, joined.rows.count, 0, joined.shift));
-  if (table.columns < l->dim * ends) {  // positions have components of 0 appended
-    const std::size_t width = at(table.columns), d = at(l->dim);
-    std::vector<std::int64_t> wide(at(joined.rows.count) * d, 0);
-    for (std::size_t k = 0; k < joined.shift->size(); ++k) wide[k / width * d + k % width] = (*joined.shift)[k];
-    *joined.shift = std::move(wide);
-  }
   PetscCall(check_range(comm, joined, *l));
   PetscFunctionReturn(0);
 }
@@ -140,7 +133,7 @@ PetscErrorCode read_hdf5_box(MPI_Comm comm, const Hdf5File& file, const Hdf5Layo
   PetscCall(read_boundary(comm, file, group, names.trajectory, l));
   if (!l->box.active()) PetscFunctionReturn(0);
   PetscCall(read_edges(comm, file, group + (names.trajectory ? "/edges/value" : "/edges"), names.trajectory, l));
-  for (const Joined& one : all_joined(names.trajectory, names.column("shift"), l)) PetscCall(read_shifts(comm, file, one, names.trajectory, l));
+  for (const Joined& one : all_joined(names.trajectory, names.column("shift"), l)) PetscCall(read_shifts(comm, file, one, l));
   PetscFunctionReturn(0);
 }
 

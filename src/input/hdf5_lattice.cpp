@@ -65,7 +65,7 @@ PetscErrorCode read_sizes(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout&
   points.frames = names.trajectory;
   PetscCall(file.find(names.motion("position"), points, position));
   l->dim = position->columns;
-  if (names.trajectory) l->dim = box_dimension(file, position->columns);
+  if (names.trajectory) l->dim = lattice_dimension(file, position->columns);
   if (file.has(names.springs())) {
     ends.integers = true;
     ends.row_name = "M";

@@ -48,13 +48,23 @@ PetscErrorCode add_column(const Hdf5File& file, Column column, const Rows& rows,
   PetscFunctionReturn(0);
 }
 
-int box_dimension(const Hdf5File& file, int columns) {
+/// The box of a padded trajectory has as many dimensions as its positions have components; the momentum in files of this program has those of
+/// the lattice.
+int lattice_dimension(const Hdf5File& file, int columns) {
+  const auto least = [&columns](int found) { columns = found >= 1 && found < columns ? found : columns; };
   const H5 attribute(H5Aopen_by_name(file.id(), "/particles/trajectory/box", "dimension", H5P_DEFAULT, file.links()), H5Aclose);
-  if (!attribute) return columns;
-  const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
-  int found = 0;
-  const bool good = H5Tget_class(type) == H5T_INTEGER && H5Sget_simple_extent_npoints(space) == 1 && H5Aread(attribute, H5T_NATIVE_INT, &found) >= 0;
-  return good && found >= 1 && found < columns ? found : columns;
+  if (attribute) {
+    const H5 type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+    int found = 0;
+    if (H5Tget_class(type) == H5T_INTEGER && H5Sget_simple_extent_npoints(space) == 1 && H5Aread(attribute, H5T_NATIVE_INT, &found) >= 0)
+      least(found);
+  }
+  if (const std::string momentum = "/observables/momentum/value"; file.has("/parameters/options") && file.has(momentum)) {
+    const H5 set(H5Dopen2(file.id(), momentum.c_str(), H5P_DEFAULT), H5Dclose), space(set < 0 ? H5I_INVALID_HID : H5Dget_space(set), H5Sclose);
+    hsize_t extent[H5S_MAX_RANK] = {0, 1};  // (T) or (T, d)
+    if (space >= 0 && H5Sget_simple_extent_dims(space, extent, nullptr) >= 1) least(static_cast<int>(extent[1]));
+  }
+  return columns;
 }
 
 PetscErrorCode read_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* l) {

@@ -61,7 +61,7 @@ inline Hdf5Layout hdf5_layout(bool trajectory) { return {trajectory}; }
 Hdf5Layout layout_of(const Hdf5File& file);
 
 /// Local. d of a trajectory whose positions have `columns` components: those written as padding do not count.
-int box_dimension(const Hdf5File& file, int columns);
+int lattice_dimension(const Hdf5File& file, int columns);
 
 /// Collective. Sets the lattice's laws, and whether the file gives them. Error (exit 2): unknown law.
 PetscErrorCode read_laws(MPI_Comm comm, const Hdf5File& file, const Hdf5Layout& layout, Lattice* lattice);

@@ -136,7 +136,7 @@ PetscErrorCode load_file(MPI_Comm comm, const LatticeOptions& options, Lattice* 
   if (dim > 0 && dim != out->dim)
     PetscCall(fail(comm, Exit::input, format("%s: -bs_lattice_dim %d: the file has d = %d; leave the option out", file.c_str(), dim, out->dim)));
   if (!xsp && (options.width_given || options.height_given))
-    PetscCall(warn(comm, file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
+    PetscCall(warn(comm, "ignored_options", file + ": -bs_lattice_width and -bs_lattice_height are for .xsp files: ignored"));
   PetscCall(adjust(comm, options, out));
   PetscFunctionReturn(0);
 }
@@ -166,7 +166,7 @@ PetscErrorCode complete(MPI_Comm comm, const LatticeOptions& options, Lattice* o
     PetscCall(validate(comm, out));  // ends that meet
   }
   PetscCall(check_rest_lengths(comm, *out));
-  for (const std::string& warning : out->warnings) PetscCall(warn(comm, warning));
+  for (const std::string& warning : out->warnings) PetscCall(warn(comm, "ignored_input", warning));
   PetscCall(put_implied_options(*out));
   PetscFunctionReturn(0);
 }

@@ -73,9 +73,9 @@ PetscErrorCode assign_parameters(MPI_Comm comm, const SpringOptions& options, co
     const std::string name = constant.parameter.name;
     if (!constant.given) continue;
     if (!some_takes(used, name)) {
-      PetscCall(warn(comm, "option " + constant.option + ": no spring obeys a law that takes it: ignored"));
+      PetscCall(warn(comm, "ignored_options", "option " + constant.option + ": no spring obeys a law that takes it: ignored"));
     } else if (const Column* own = column_of(*l, name)) {
-      PetscCall(warn(comm, l->source + ": has its own " + own->path + "; ignored: " + constant.option));
+      PetscCall(warn(comm, "ignored_options", l->source + ": has its own " + own->path + "; ignored: " + constant.option));
     } else {
       l->spring_columns.push_back({name, constant.option, std::vector<double>(static_cast<std::size_t>(l->springs.count), constant.value)});
     }

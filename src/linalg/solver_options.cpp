@@ -108,8 +108,8 @@ PetscErrorCode split_serial_factors(MPI_Comm comm, const char* prefix) {
   PetscCall(PetscOptionsSetValue(nullptr, option.c_str(), "bjacobi"));
   PetscCall(set_unless_given("-" + own + "sub_pc_type", type));
   PetscCall(hand_down(own));
-  PetscCall(
-      warn(comm, format("%s %s works on one rank: on %d ranks it is bjacobi with %s on the block of every rank", option.c_str(), type, size, type)));
+  PetscCall(warn(comm, "block_jacobi",
+                 format("%s %s works on one rank: on %d ranks it is bjacobi with %s on the block of every rank", option.c_str(), type, size, type)));
   PetscFunctionReturn(0);
 }
 

@@ -36,8 +36,9 @@ PetscErrorCode Trajectory::Impl::begin(MPI_Comm on, const TrajectoryOptions& giv
   single = sp;
   draws = given.xdmf && columns > 1;
   if (draws && !fits_xml(given.file.substr(given.file.rfind('/') + 1))) {
-    PetscCall(warn(comm, "the trajectory's name " + printable(given.file) +
-                             " is not UTF-8: its sidecar for ParaView is not written: give -bs_output another name, or -bs_output_xdmf false"));
+    PetscCall(warn(comm, "no_xdmf",
+                   "the trajectory's name " + printable(given.file) +
+                       " is not UTF-8: its sidecar for ParaView is not written: give -bs_output another name, or -bs_output_xdmf false"));
     options.xdmf = draws = false;
   }
   if (rank == 0 && options.xdmf && dim > 0) xdmf = Xdmf(given.file);
@@ -253,7 +254,7 @@ PetscErrorCode Trajectory::Impl::write_xdmf(bool last) {
   if (!xdmf || file < 0) PetscFunctionReturn(0);
   PetscCall(xdmf.update(file, last, &reason));
   if (reason.empty()) PetscFunctionReturn(0);
-  PetscCall(warn_here(comm, "cannot write " + xdmf.name() + ": " + reason + ": the trajectory itself is intact"));
+  PetscCall(warn_here(comm, "no_xdmf", "cannot write " + xdmf.name() + ": " + reason + ": the trajectory itself is intact"));
   xdmf = Xdmf();
   PetscFunctionReturn(0);
 }

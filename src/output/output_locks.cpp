@@ -258,7 +258,7 @@ PetscErrorCode OutputLocks::acquire(MPI_Comm comm, const RunFiles& files) {
   if (code)  // PETSc writes some of them when the program ends, whyever it does
     for (const Named& view : viewed()) PetscCall(PetscOptionsClearValue(nullptr, view.option.c_str()));
   PetscCall(code);
-  for (const std::string& warning : warnings) PetscCall(warn_here(comm, warning));  // rank 0's
+  for (const std::string& warning : warnings) PetscCall(warn_here(comm, "unlocked_files", warning));
   PetscFunctionReturn(0);
 }
 

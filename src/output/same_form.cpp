@@ -112,7 +112,7 @@ PetscErrorCode Trajectory::require_form(const std::vector<Field>& given, const s
     impl.usable = false;  // nothing of it is touched
     PetscCall(fail(impl.comm, Exit::input, "the trajectory " + file + " " + fault));
   }
-  if (!warning.empty()) PetscCall(warn(impl.comm, "the trajectory " + file + " " + warning));
+  if (!warning.empty()) PetscCall(warn(impl.comm, "changed_columns", "the trajectory " + file + " " + warning));
   PetscFunctionReturn(0);
 }
 

@@ -194,7 +194,7 @@ void bind_sessions(py::module_& m) {
     return py::make_tuple(as_python(error), parts_of(std::move(found)));
   });
   one.def("moduli", [](PythonSession& s, const Settings& more) { return analysed(s, [&](Result* out) { return s->moduli(out, more); }); });
-  one.def("modes", [](PythonSession& s, std::int64_t count, const Settings& more, const std::optional<py::dict>& about) {
+  one.def("modes", [](PythonSession& s, std::optional<std::int64_t> count, const Settings& more, const std::optional<py::dict>& about) {
     const SavedState state = about ? state_from(*about) : SavedState{};
     return analysed(s, [&](Result* out) { return s->modes(count, out, more, about ? &state : nullptr); });
   });

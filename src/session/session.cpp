@@ -129,9 +129,9 @@ Error Session::remove_springs(const std::vector<std::int64_t>& rows) {
   return call([&] { return impl_->remove_springs(rows); });
 }
 
-Error Session::modes(std::int64_t count, Result* out, const Settings& more, const SavedState* about) {
+Error Session::modes(std::optional<std::int64_t> count, Result* out, const Settings& more, const SavedState* about) {
   Settings all = more;
-  all.emplace_back("-bs_modes", std::to_string(count));
+  if (count) all.emplace_back("-bs_modes", std::to_string(*count));
   return analyse(all, out, [&](int* exit_code) { return impl_->modes(out, about, exit_code); });
 }
 

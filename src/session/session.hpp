@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -97,9 +98,9 @@ class Session {
   /// numbers were changed since it was found (Exit::input); those of find_adjoint() (tasks/sensitivities.hpp).
   Error sensitivities(const std::vector<double>& slope, std::map<std::string, std::vector<double>>* out);
   Error moduli(Result* out, const Settings& more = {});
-  /// `about`, unless null: an equilibrium from a result of solve_statics() or follow(), of a session of the same lattice and settings on any number
-  /// of ranks. The modes are then about it, as with -bs_modes_about equilibrium but without a new search.
-  Error modes(std::int64_t count, Result* out, const Settings& more = {}, const SavedState* about = nullptr);
+  /// `count`: by default that of -bs_modes. `about`, unless null: an equilibrium from a result of solve_statics() or follow(), of a session of the
+  /// same lattice and settings on any number of ranks. The modes are then about it, as with -bs_modes_about equilibrium but without a new search.
+  Error modes(std::optional<std::int64_t> count, Result* out, const Settings& more = {}, const SavedState* about = nullptr);
 
   /// Local. Time [s] and number of steps of the last good state.
   double time() const;

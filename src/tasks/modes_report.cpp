@@ -4,6 +4,8 @@
 #include <limits>
 #include "base/collective.hpp"
 #include "base/error.hpp"
+#include "base/option_names.hpp"
+#include "base/options.hpp"
 #include "base/vec_array.hpp"
 #include "output/report.hpp"
 #include "output/tables.hpp"
@@ -246,7 +248,7 @@ PetscErrorCode ModesRun::report(const std::string& outcome, const std::string& w
 PetscErrorCode ModesRun::conclude(const std::string& why) {
   PetscFunctionBegin;
   const long long found = static_cast<long long>(modes_.mode.size()), asked = static_cast<long long>(request_.count);
-  if (why.empty() && found < asked)
+  if (why.empty() && found < asked && is_given("-bs_modes"))
     PetscCall(warnings_.add("fewer_modes", format("the system has %s%s, fewer than the %lld of -bs_modes: all of them are given",
                                                   how_many(found, "mode").c_str(), request_.keep_rigid ? "" : " with omega^2 other than 0", asked)));
   if (modes_.unstable > 0)

@@ -51,7 +51,7 @@ PetscErrorCode Run::on_step(const StepRecord& record) {
   if (hooks_.on_step) hooks_.on_step(record);
   if (record.step == pause_at_) PetscCall(pause());
   if (hooks_.done && hooks_.done()) PetscCall(pause());
-  if (hooks_.after_break) good_facts_ = facts();
+  if (hooks_.after_break) PetscCall(facts(&good_facts_));
   PetscFunctionReturn(0);
 }
 
@@ -122,7 +122,7 @@ PetscErrorCode Run::on_frame(PetscInt step, double time, Vec y) {
     set_phase(model_.comm(), Exit::solve);
   }
   if (hooks_.on_frame) hooks_.on_frame(time);
-  if (hooks_.after_break && !relaxing_) good_facts_ = facts();
+  if (hooks_.after_break && !relaxing_) PetscCall(facts(&good_facts_));
   PetscFunctionReturn(0);
 }
 
@@ -209,11 +209,11 @@ PetscErrorCode Run::begin() {
       PetscFunctionBegin;
       PetscCall(hooks_.begin());
       PetscCall(stepper_->count_start(ts_));
-      good_facts_ = facts();
+      PetscCall(facts(&good_facts_));
       PetscFunctionReturn(0);
     });
   restore_facts();
-  good_facts_ = facts();
+  PetscCall(facts(&good_facts_));
   PetscFunctionReturn(0);
 }
 

@@ -122,8 +122,8 @@ class Run {
   PetscErrorCode open_trajectory();
   PetscErrorCode save_last(bool failed);
   PetscErrorCode after_break(double time, Vec y, const std::function<PetscErrorCode(Vec)>& frame, bool* found, std::string* failure);
-  Facts facts() const;
-  Facts good_facts() const { return hooks_.after_break ? good_facts_ : facts(); }
+  PetscErrorCode facts(Facts* now) const;
+  PetscErrorCode good_facts(Facts* good) const;
   void restore_facts();
   bool idle() const { return stepper_->counts().steps == steps_at_restart_; }
   bool untouched() const { return resumed_ && idle() && !abandoned_.shown; }  ///< the trajectory that goes on

@@ -111,10 +111,10 @@ PetscErrorCode Run::warn_of_interval() {
   PetscFunctionBegin;
   PetscCall(cut_by_output(&h, &interval));
   if (!(interval > 0)) PetscFunctionReturn(0);
-  PetscCall(
-      warn(model_.comm(), format("option -bs_output_interval: %g s is shorter than the step of %g s: steps end at output times, so that they are "
-                                 "%g s long; give -ts_dt %g, or a longer interval",
-                                 interval, h, interval, interval)));
+  PetscCall(warn(model_.comm(), "short_interval",
+                 format("option -bs_output_interval: %g s is shorter than the step of %g s: steps end at output times, so that they are "
+                        "%g s long; give -ts_dt %g, or a longer interval",
+                        interval, h, interval, interval)));
   PetscFunctionReturn(0);
 }
 
@@ -171,7 +171,7 @@ PetscErrorCode Run::set_up() {
   bool adaptive = false;
   PetscCall(is_adaptive(ts_, &adaptive));
   if (adaptive && model_.mechanics() && model_.mechanics()->relaxes())
-    PetscCall(warn(model_.comm(),
+    PetscCall(warn(model_.comm(), "maxwell_steps",
                    "springs of the law maxwell: the error that steps are adapted to is that of places and velocities, not of their dashpots, "
                    "which steps carry on with order 1: keep steps short beside the relaxation times by -ts_adapt_dt_max"));
   if (options_.advise) PetscCall(step_watch_.begin(ts_, context_, advice_));
@@ -218,7 +218,7 @@ PetscErrorCode Run::continue_from_checkpoint() {
                            time_number(stepper_->good_time()).c_str())});
   if (const auto* const file = dynamic_cast<const CheckpointFile*>(restart_.get()))
     PetscCall(warn_changed_options(model_.comm(), *file, &changed_form_));
-  for (const std::string& line : changed) PetscCall(warn(model_.comm(), restart_->name() + ": " + line));
+  for (const std::string& line : changed) PetscCall(warn(model_.comm(), "continued_otherwise", restart_->name() + ": " + line));
   std::string before;
   for (const std::string& key : warnings_.keys()) before += (before.empty() ? "warnings of the run so far: " : ", ") + key;
   if (!before.empty()) progress_.header({before});

@@ -108,8 +108,9 @@ TrajectoryMark mark_of(const Checkpoint& file) {
 static std::string begin_key(const Observable& o, std::size_t k) { return format("begin_%s_%zu", o.name.c_str(), k); }
 
 /// What a checkpoint holds of the run besides its stepping: what it has counted, and what it goes by.
-Facts Run::facts() const {
+PetscErrorCode Run::facts(Facts* now) const {
   Facts run = inputs_;
+  PetscFunctionBegin;
   for (const Tally& tally : tallies()) run.whole["count_" + tally.key] = tally.count;
   run.real["time"] = stepper_->good_time();
   run.real["most_force"] = most_force_;
@@ -118,9 +119,18 @@ Facts Run::facts() const {
     for (std::size_t k = 0; k < o.value.size(); ++k) run.real[begin_key(o, k)] = o.value[k];
   watch_.save(&run);
   tolerance_watch_.save(&run);
-  warnings_.save(&run);
+  PetscCall(warnings_.save(&run));
   if (hooks_.save) hooks_.save(&run);
-  return run;
+  *now = std::move(run);
+  PetscFunctionReturn(0);
+}
+
+/// Those of the last good state: where steps may be taken back, they were kept there.
+PetscErrorCode Run::good_facts(Facts* good) const {
+  PetscFunctionBegin;
+  if (hooks_.after_break) *good = good_facts_;
+  else PetscCall(facts(good));
+  PetscFunctionReturn(0);
 }
 
 /// After the look at the state that a continued run begins with: what that counts is counted already.
@@ -145,19 +155,23 @@ PetscErrorCode Run::on_save() {
 
 PetscErrorCode Run::save(const std::string& file) {
   TrajectoryMark mark;
+  Facts good;
   Vec y;
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
-  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good_facts()));
+  PetscCall(good_facts(&good));
+  PetscCall(save_run(model_, *stepper_, ts_, y, file, options_.output.trajectory.file, mark, good));
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode Run::keep(KeptCheckpoint* out) {
+  Facts good;
   Vec y;
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
-  PetscCall(keep_run(model_, *stepper_, ts_, y, good_facts(), out));
+  PetscCall(good_facts(&good));
+  PetscCall(keep_run(model_, *stepper_, ts_, y, good, out));
   PetscFunctionReturn(0);
 }
 
@@ -165,10 +179,11 @@ PetscErrorCode Run::keep(KeptCheckpoint* out) {
 /// one. The checkpoint knows nothing of a frame between output times, which a continued run takes away. A continued run that
 /// took no step leaves the trajectory, and the checkpoint it came from, as they were.
 PetscErrorCode Run::save_last(bool failed) {
-  const Facts good = good_facts();
   TrajectoryMark mark;
+  Facts good;
   Vec y;
   PetscFunctionBegin;
+  PetscCall(good_facts(&good));
   PetscCall(TSGetSolution(ts_, &y));
   PetscCall(flushed_mark(trajectory_.get(), &mark));
   if (abandoned_.shown) mark = abandoned_.before;

@@ -46,7 +46,7 @@ struct TasksOfOptions {
   std::map<std::string, std::string> of;  ///< name in small letters: which tasks or which model have it
 };
 
-const char DYNAMICS[] = "-bs_task dynamics";
+const char DYNAMICS[] = "-bs_task dynamics", UNUSED[] = "unused_options";
 
 PetscErrorCode print_nothing(FILE*, const char[], va_list) { return 0; }
 
@@ -108,12 +108,13 @@ PetscErrorCode warn_unused_options(MPI_Comm comm, const Variant& other) {
   const auto& homes = held_by<TasksOfOptions>(comm).of;
   for (const std::string& name : names)
     if (const auto home = homes.find(lower(name)); home != homes.end()) with[home->second].push_back(name);
-    else PetscCall(warn(comm, "option " + name + " is not used by this run: it is misspelt, or belongs to a solver that is not chosen"));
+    else PetscCall(warn(comm, UNUSED, "option " + name + " is not used by this run: it is misspelt, or belongs to a solver that is not chosen"));
   for (const auto& [home, of] : with) {
     std::string list;
     for (const std::string& name : of) list += (list.empty() ? "" : ", ") + name;
-    PetscCall(warn(comm, of.size() > 1 ? "options " + list + " are not used by this run: they are of " + home
-                                       : "option " + list + " is not used by this run: it is of " + home));
+    PetscCall(warn(comm, UNUSED,
+                   of.size() > 1 ? "options " + list + " are not used by this run: they are of " + home
+                                 : "option " + list + " is not used by this run: it is of " + home));
   }
   PetscFunctionReturn(0);
 }
@@ -149,8 +150,9 @@ PetscErrorCode warn_of_run_options(MPI_Comm comm) {
   if (!ask_rank_0(comm, [&names] { return !names.empty(); })) PetscFunctionReturn(0);
   PetscCall(find_known(comm, &known));
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  PetscCall(warn(comm, (names.size() > 1 ? "options " + list + " are" : "option " + list + " is") +
-                           " not kept by the lattice file: give what belongs to a run with -bs_lattice_file"));
+  PetscCall(warn(comm, UNUSED,
+                 (names.size() > 1 ? "options " + list + " are" : "option " + list + " is") +
+                     " not kept by the lattice file: give what belongs to a run with -bs_lattice_file"));
   PetscFunctionReturn(0);
 }
 

@@ -149,11 +149,11 @@ def ends_first(frames: Generator[Any, None, None], number: Optional[int]) -> Non
         _loops[own] = weakref.ref(frames, lambda _: _loops.pop(own, None))
 
 
-def tell(session: Session, but: Optional[str] = None) -> None:
-    """What the session has warned of since it was last told. After every call that may warn. but: words of what the caller has not asked for."""
+def tell(session: Session) -> None:
+    """What the session has warned of since it was last told. After every call that may warn."""
     warned, before = session.warnings, _told.get(session, 0)
     _told[session] = len(warned)
-    pass_on(one for one in warned[before:] if but is None or but not in one)
+    pass_on(warned[before:])
 
 
 def is_open(number: Optional[int]) -> bool:

@@ -78,8 +78,6 @@ def start_of(net: Union[Lattice, Equilibrium], forces: Optional[GivenForces]) ->
     return there, [one for one in settings if one[0].startswith("-bs_") and not one[0].startswith(found_by)], own
 
 
-MODES = 10  # the program's default of -bs_modes
-
 Analysis = Callable[["Session", Settings], Tuple["Problem", "Found"]]
 Watch = Callable[[float, "Equilibrium"], Any]
 
@@ -134,8 +132,8 @@ class _Watched:
 
 
 def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenForces], analysis: Analysis,
-           watched: Optional[_Watched] = None, unasked: Optional[str] = None) -> Tuple[Problem, Found]:
-    """(error, found) of `analysis` of a session of its own, and the lattice. unasked: words of a warning about what nobody has asked for."""
+           watched: Optional[_Watched] = None) -> Tuple[Problem, Found]:
+    """(error, found) of `analysis` of a session of its own, and the lattice."""
     try:
         session, number = new_session(comm, net, [], forces, settings)
         try:
@@ -144,7 +142,7 @@ def _solve(net: Lattice, settings: Settings, comm: Comm, forces: Optional[GivenF
             error, found = analysis(session, settings)
             if watched:
                 watched.check()
-            tell(session, unasked)
+            tell(session)
         finally:
             end_session(session, number)
     finally:
@@ -217,7 +215,6 @@ def modes(net: Union[Lattice, Equilibrium], count: Optional[int] = None, *, forc
 
     number, lattice, settings, forces = on_all(comm, checked)
     state = net._state if isinstance(net, Equilibrium) else None
-    wanted, unasked = (MODES, f"fewer than the {MODES} of -bs_modes") if number is None else (number, None)
-    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(wanted, more, state), unasked=unasked)
+    error, found = _solve(lattice, settings, comm, forces, lambda session, more: session.modes(number, more, state))
     errors.check(error)
     return Modes(found, lattice)

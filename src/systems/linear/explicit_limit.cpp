@@ -170,12 +170,13 @@ PetscErrorCode LinearModel::warn_unstable(const Plan& plan) {
   if (growth == 0) PetscFunctionReturn(0);
   const std::string of = " (eigenvalue of -C^-1 G: about " + in_words(worst) + "): the solution will grow without bound; take ";
   if (least == 0)
-    PetscCall(warn(comm_, "no step of " + plan.method + " is stable on this system, which oscillates without damping" + of +
-                              "an implicit type such as -ts_type cn, or -ts_type rk -ts_rk_type 4"));
+    PetscCall(warn(comm_, "step_limit",
+                   "no step of " + plan.method + " is stable on this system, which oscillates without damping" + of +
+                       "an implicit type such as -ts_type cn, or -ts_type rk -ts_rk_type 4"));
   else
-    PetscCall(
-        warn(comm_, format("the step %g s is beyond the stability limit of %s on this system, about %.3g s", plan.step, plan.method.c_str(), least) +
-                        of + format("-ts_dt %.2g, or an implicit type such as -ts_type beuler", 0.9 * least)));
+    PetscCall(warn(comm_, "step_limit",
+                   format("the step %g s is beyond the stability limit of %s on this system, about %.3g s", plan.step, plan.method.c_str(), least) +
+                       of + format("-ts_dt %.2g, or an implicit type such as -ts_type beuler", 0.9 * least)));
   PetscFunctionReturn(0);
 }
 

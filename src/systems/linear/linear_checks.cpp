@@ -95,9 +95,10 @@ PetscErrorCode LinearModel::warn_inconsistent(const Plan& plan) {
   }
   PetscCallMPI(MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, comm_));
   if (worst.size > 0)
-    PetscCall(warn(comm_, format("the initial state violates algebraic row %d%s by %g: ", std::abs(worst.row),
-                                 worst.row < 0 ? ", with those that cancel its derivatives," : "", worst.size) +
-                              what_becomes_of_it(plan, startup_steps_)));
+    PetscCall(warn(comm_, "inconsistent_start",
+                   format("the initial state violates algebraic row %d%s by %g: ", std::abs(worst.row),
+                          worst.row < 0 ? ", with those that cancel its derivatives," : "", worst.size) +
+                       what_becomes_of_it(plan, startup_steps_)));
   PetscFunctionReturn(0);
 }
 
@@ -129,11 +130,12 @@ PetscErrorCode LinearModel::warn_index() {
                                            : ", ") +
              std::to_string(static_cast<long long>(index.rows[k]) + 1);
   const bool serves = type_ == "beuler" || type_ == "bdf";
-  PetscCall(warn(comm_, "the system is of index 2 or more: some algebraic equations do not determine their unknowns" + where +
-                            " (a cut-set of inductors, or a loop of capacitors and voltage sources?), which are then derivatives of the sources; " +
-                            (serves ? type_ + " needs a constant step for these, and its first steps are wrong in them"
-                                    : type_ + " loses its order in these, or rings: take beuler or bdf at a constant step") +
-                            ", or reduce the index, by a small resistance in the loop or across the cut-set"));
+  PetscCall(warn(comm_, "higher_index",
+                 "the system is of index 2 or more: some algebraic equations do not determine their unknowns" + where +
+                     " (a cut-set of inductors, or a loop of capacitors and voltage sources?), which are then derivatives of the sources; " +
+                     (serves ? type_ + " needs a constant step for these, and its first steps are wrong in them"
+                             : type_ + " loses its order in these, or rings: take beuler or bdf at a constant step") +
+                     ", or reduce the index, by a small resistance in the loop or across the cut-set"));
   PetscFunctionReturn(0);
 }
 

@@ -25,10 +25,10 @@ PetscErrorCode LinearModel::warn_of_jump() {
   for (std::size_t k = 0; k < sources_.count(); ++k) {
     const double before = sources_.before(k, start_), after = sources_.at(k, start_);
     if (before == after || !sources_.as_spice(k)) continue;
-    PetscCall(
-        warn(comm_, format("source %zu jumps from %g to %g at the start, which is taken after the jump; SPICE takes it before: let the pulse begin "
-                           "later (TD) or rise in some time (TR)",
-                           k + 1, before, after)));
+    PetscCall(warn(comm_, "jump_at_start",
+                   format("source %zu jumps from %g to %g at the start, which is taken after the jump; SPICE takes it before: let the pulse begin "
+                          "later (TD) or rise in some time (TR)",
+                          k + 1, before, after)));
     break;
   }
   PetscFunctionReturn(0);

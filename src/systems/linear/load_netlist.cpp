@@ -157,7 +157,7 @@ PetscErrorCode load_netlist(MPI_Comm comm, const std::string& path, LinearSystem
   PetscCall(reserve_memory(comm, {"the cards and equations of " + path, 3.0 * static_cast<double>(text.size()), ""}));
   const std::string error = read_netlist(text, path, &circuit);
   if (!error.empty()) PetscCall(fail(comm, Exit::input, error));
-  for (const std::string& remark : circuit.remarks) PetscCall(warn(comm, remark));
+  for (const std::string& remark : circuit.remarks) PetscCall(warn(comm, "netlist", remark));
   const Equations e = equations_of(circuit);
   PetscCall(assemble(comm, e.states, e.states, e.G, &out->G));
   PetscCall(assemble(comm, e.states, e.states, e.C, &out->C));

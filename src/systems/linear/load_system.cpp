@@ -183,7 +183,7 @@ PetscErrorCode Sources::read(MPI_Comm comm, std::int64_t columns, const std::str
                                 " of B: give one a column" + (file_.empty() ? ", separated by ';'" : " after the time");
   if (!error.empty()) PetscCall(fail(comm, Exit::input, error));
   for (const Waveform& wave : waves_)
-    if (!wave.remark().empty()) PetscCall(warn(comm, (text_.empty() ? "" : "option -bs_linear_source: ") + wave.remark()));
+    if (!wave.remark().empty()) PetscCall(warn(comm, "waveform", (text_.empty() ? "" : "option -bs_linear_source: ") + wave.remark()));
   PetscFunctionReturn(0);
 }
 

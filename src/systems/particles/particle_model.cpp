@@ -130,17 +130,25 @@ void ParticleModel::add_mass() {
 PetscErrorCode ParticleModel::check_laws() const {
   Error fault;
   PetscFunctionBegin;
-  std::vector<std::pair<std::string, const double*>> vectors = {{"-bs_gravity", std::get<UniformGravity>(laws_).g},
-                                                                {"-bs_fluid_velocity", std::get<SphereDrag>(laws_).fluid},
-                                                                {"-bs_xsp_attraction_center", std::get<XspAttraction>(laws_).center},
-                                                                {"-bs_anchor_velocity", constraints_.anchors().c},
-                                                                {"-bs_anchor_amplitude", constraints_.anchors().A}};
-  for (const CentralGravity& mass : std::get<Several<CentralGravity>>(laws_).all) vectors.emplace_back(mass.place, mass.x0);
-  for (const auto& [name, value] : vectors)
-    for (int c = net_.dim; c < 3; ++c)
-      if (value[c] != 0)
-        fault.note(-1, format("option %s has a component beyond the lattice's dimension %d: give %s", name.c_str(), net_.dim,
-                              how_many(net_.dim, "number").c_str()));
+  const UniformGravity& gravity = std::get<UniformGravity>(laws_);
+  const SphereDrag& sphere = std::get<SphereDrag>(laws_);
+  const XspAttraction& attraction = std::get<XspAttraction>(laws_);
+  const Motion& anchors = constraints_.anchors();
+  std::vector<std::tuple<std::string, const double*, int>> vectors = {{"-bs_gravity", gravity.g, gravity.components},
+                                                                      {"-bs_fluid_velocity", sphere.fluid, sphere.components},
+                                                                      {"-bs_xsp_attraction_center", attraction.center, attraction.components},
+                                                                      {"-bs_anchor_velocity", anchors.c, anchors.components},
+                                                                      {"-bs_anchor_amplitude", anchors.A, anchors.components}};
+  for (const CentralGravity& mass : std::get<Several<CentralGravity>>(laws_).all) vectors.emplace_back(mass.place, mass.x0, mass.components);
+  for (const auto& [name, value, given] : vectors) {
+    if (std::any_of(value + net_.dim, value + 3, [](double one) { return one != 0; }))
+      fault.note(-1, format("option %s has a component beyond the lattice's dimension %d: give %s", name.c_str(), net_.dim,
+                            how_many(net_.dim, "number").c_str()));
+    else if (given < net_.dim && std::any_of(value, value + given, [](double one) { return one != 0; }))
+      PetscCall(warn(net_.comm, "few_components",
+                     format("option %s has %s in %d dimensions: the others are 0, as in %s", name.c_str(), how_many(given, "number").c_str(),
+                            net_.dim, vector_text(value, net_.dim).c_str())));
+  }
   if (is_given("-bs_fluid_velocity") && !std::get<SphereDrag>(laws_).active() && !std::get<ShapeDrag>(laws_).active())
     fault.note(-1,
                "option -bs_fluid_velocity applies to sphere and shape drag; -bs_stokes_drag and -bs_viscosity assume a fluid at rest: "
@@ -192,8 +200,9 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscCall(commit({start, 0}));
   PetscCall(terms_->dissipated(&after));
   if (after > before && !continued)
-    PetscCall(warn(net_.comm, format("%s: springs are given beyond their yield force: they have yielded in the first frame, which dissipated %.6g J",
-                                     net_.source.c_str(), after - before)));
+    PetscCall(warn(net_.comm, "yielded_at_start",
+                   format("%s: springs are given beyond their yield force: they have yielded in the first frame, which dissipated %.6g J",
+                          net_.source.c_str(), after - before)));
   PetscFunctionReturn(0);
 }
 

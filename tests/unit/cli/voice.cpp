@@ -17,7 +17,7 @@ TEST_CASE("errors and warnings are said once, from rank 0, in one line") {
   REQUIRE(exit_code_of(PETSC_COMM_WORLD, ERR_FAILED) == 3);
   REQUIRE(exit_code_of(PETSC_COMM_WORLD, 0) == 0);
   Caught warning;
-  REQUIRE(warn(PETSC_COMM_WORLD, "collisions are ignored") == 0);
+  REQUIRE(warn(PETSC_COMM_WORLD, "ignored_input", "collisions are ignored") == 0);
   REQUIRE(warning.text() == (first ? "backspring: warning: collisions are ignored\n" : ""));
 }
 
