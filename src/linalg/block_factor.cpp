@@ -4,6 +4,7 @@
 #include <limits>
 #include <vector>
 #include "base/arrays.hpp"
+#include "base/dimension.hpp"
 #include "linalg/block_icc.hpp"
 #include "linalg/factor_pattern.hpp"
 #include "linalg/lanes.hpp"
@@ -271,9 +272,7 @@ class BlockFactorOf final : public BlockFactor {
 
 template <class Real>
 std::unique_ptr<BlockFactor> create(int dim) {
-  if (dim == 1) return std::make_unique<BlockFactorOf<1, Real>>();
-  if (dim == 2) return std::make_unique<BlockFactorOf<2, Real>>();
-  return std::make_unique<BlockFactorOf<3, Real>>();
+  return with_dimension(dim, [](auto d) -> std::unique_ptr<BlockFactor> { return std::make_unique<BlockFactorOf<d, Real>>(); });
 }
 
 }  // namespace

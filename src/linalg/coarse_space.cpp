@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include "base/collective.hpp"
+#include "base/dimension.hpp"
 #include "base/disjoint_sets.hpp"
 #include "base/log_event.hpp"
 #include "base/memory.hpp"
@@ -128,9 +129,7 @@ PetscErrorCode CoarseSpace::make(PairMatrix& S, PetscInt unknowns) {
   if (rigid_) PetscCall(make_motions(S, unknowns));
   else PetscCall(make_grid(S, unknowns));
   if (E_.unknowns() == 0) PetscFunctionReturn(0);
-  PetscCall(PetscLogFlops(S.dim() == 1   ? add_product<1>(S, rigid_, grid_, least_, motions_, &E_)
-                          : S.dim() == 2 ? add_product<2>(S, rigid_, grid_, least_, motions_, &E_)
-                                         : add_product<3>(S, rigid_, grid_, least_, motions_, &E_)));
+  PetscCall(PetscLogFlops(with_dimension(S.dim(), [&](auto d) { return add_product<d>(S, rigid_, grid_, least_, motions_, &E_); })));
   PetscCall(E_.factor(graph_->comm, &definite, &factored));
   active_ = definite || (rigid_ && factored);
   in_.resize(static_cast<std::size_t>(E_.unknowns()));

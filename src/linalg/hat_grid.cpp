@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include "base/collective.hpp"
+#include "base/dimension.hpp"
 #include "linalg/lanes.hpp"
 #include "linalg/pair_product.hpp"
 
@@ -182,15 +183,11 @@ void HatGrid::prolong_of(const double* coarse, double* z) const {
 }
 
 void HatGrid::restrict_to(const double* r, double* coarse) const {
-  if (dim_ == 1) restrict_of<1>(r, coarse);
-  else if (dim_ == 2) restrict_of<2>(r, coarse);
-  else restrict_of<3>(r, coarse);
+  with_dimension(dim_, [&](auto d) { restrict_of<d>(r, coarse); });
 }
 
 void HatGrid::prolong(const double* coarse, double* z) const {
-  if (dim_ == 1) prolong_of<1>(coarse, z);
-  else if (dim_ == 2) prolong_of<2>(coarse, z);
-  else prolong_of<3>(coarse, z);
+  with_dimension(dim_, [&](auto d) { prolong_of<d>(coarse, z); });
 }
 
 #define BS_GRID(d)                                                    \

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include "base/attached.hpp"
+#include "base/dimension.hpp"
 #include "base/handle.hpp"
 #include "base/log_event.hpp"
 #include "base/memory.hpp"
@@ -136,9 +138,7 @@ PetscErrorCode PairMatrix::multiply(Vec p, Vec y) {
     graph_->clear_held(WriteArray(free_));
     p = free_;
   }
-  if (dim_ == 1) PetscCall(product<1>(*this, scatter_, ghost_values_, &sums_, p, y));
-  else if (dim_ == 2) PetscCall(product<2>(*this, scatter_, ghost_values_, &sums_, p, y));
-  else PetscCall(product<3>(*this, scatter_, ghost_values_, &sums_, p, y));
+  PetscCall(with_dimension(dim_, [&](auto d) { return product<d>(*this, scatter_, ghost_values_, &sums_, p, y); }));
   if (holds) PetscCall(hold_product(given, y));
   PetscCall(PetscLogFlops(8.0 * dim_ * static_cast<double>(pattern_.pairs())));
   PetscFunctionReturn(0);
@@ -162,21 +162,11 @@ PetscErrorCode PairMatrix::create_shell(Mat* out) {
   PetscCall(set_shell_operation(*out, MATOP_MULT_TRANSPOSE, shell_multiply));
   PetscCall(set_shell_operation(*out, MATOP_GET_DIAGONAL, shell_diagonal));
   PetscCall(MatSetOption(*out, MAT_SYMMETRIC, PETSC_TRUE));
-  PetscContainer mark;
-  PetscCall(PetscContainerCreate(graph_->comm, &mark));
-  PetscCall(PetscContainerSetPointer(mark, this));
-  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(*out), MARK, reinterpret_cast<PetscObject>(mark)));
-  PetscCall(PetscContainerDestroy(&mark));
+  PetscCall(attach(*out, MARK, this));
   PetscFunctionReturn(0);
 }
 
-PairMatrix* PairMatrix::from(Mat A) {
-  PetscObject mark = nullptr;
-  void* pointer = nullptr;
-  if (PetscObjectQuery(reinterpret_cast<PetscObject>(A), MARK, &mark) || !mark) return nullptr;
-  if (PetscContainerGetPointer(reinterpret_cast<PetscContainer>(mark), &pointer)) return nullptr;
-  return static_cast<PairMatrix*>(pointer);
-}
+PairMatrix* PairMatrix::from(Mat A) { return attached<PairMatrix>(A, MARK); }
 
 void PairMatrix::hold_block(PetscInt i, PetscInt j, double* block) const {
   const std::uint8_t rows = graph_->mask(i), columns = graph_->mask(j);
@@ -216,9 +206,7 @@ void add_pairs(const PairMatrix& S, double* out) {
 
 void PairMatrix::diagonal_blocks(std::vector<double>* out) const {
   out->assign(node_.begin(), node_.end());
-  if (dim_ == 1) add_pairs<1>(*this, out->data());
-  else if (dim_ == 2) add_pairs<2>(*this, out->data());
-  else add_pairs<3>(*this, out->data());
+  with_dimension(dim_, [&](auto d) { add_pairs<d>(*this, out->data()); });
   if (remainder_.created()) remainder_.add_diagonal(out);
   if (graph_->holds)
     for (PetscInt i = 0; i < pattern_.n; ++i) hold_block(i, i, out->data() + static_cast<std::size_t>(i) * area_);

@@ -64,6 +64,8 @@ class Model : public System {
   virtual Tangent* tangent() { return nullptr; }
   /// What the energy-based line search needs; null: the model has no such potential.
   virtual Incremental* incremental() { return nullptr; }
+  /// The same where forces limit how far a state may go at once, else null.
+  Incremental* limits() { return incremental() && incremental()->limits_steps() ? incremental() : nullptr; }
   /// Creates a matrix that multiplies by J without storing it, to be passed to jacobian() in place of an assembled one; only models with a tangent
   /// have this.
   virtual PetscErrorCode create_shell(Mat*) { return 0; }

@@ -1,5 +1,6 @@
 #include "time/rejections.hpp"
 #include <numeric>
+#include "base/attached.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/petsc_versions.hpp"
@@ -35,7 +36,6 @@ std::string in_words(const RejectionCounts& counts) {
 
 PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most) {
   TSAdapt adapt;
-  PetscContainer container;
   PetscFunctionBegin;
   attempts_ = Attempts(step_min, most);
   // PETSc's own limit, ten rejections of a step, holds only where the option is given
@@ -43,10 +43,7 @@ PetscErrorCode RejectionWatch::attach(TS ts, double step_min, std::int64_t most)
   PetscCall(is_on("-snes_mf", &unprepared_));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetCheckStage(adapt, check));
-  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), &container));
-  PetscCall(PetscContainerSetPointer(container, this));
-  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject>(container)));
-  PetscCall(PetscContainerDestroy(&container));
+  PetscCall(bs::attach(adapt, "bs_rejections", this));
   PetscFunctionReturn(0);
 }
 
@@ -60,17 +57,13 @@ PetscErrorCode RejectionWatch::attach_solvers(TS ts, const TSContext& context) {
 /// Rejects a stage whose linear solve left too large a residual, which the task's own examination finds wrong, or that comes after the step was given
 /// up.
 PetscErrorCode RejectionWatch::check(TSAdapt adapt, TS ts, PetscReal time, Vec y, PetscBool* accept) {
-  PetscContainer container = nullptr;
-  void* self = nullptr;
   SNES snes;
   SNESConvergedReason reason;
   PetscFunctionBegin;
   PetscCall(TSGetSNES(ts, &snes));
   PetscCall(SNESGetConvergedReason(snes, &reason));
   if (reason < 0) PetscFunctionReturn(0);  // PETSc rejects the stage itself: before this call up to 3.24, after it since 3.25
-  PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(adapt), "bs_rejections", reinterpret_cast<PetscObject*>(&container)));
-  if (container) PetscCall(PetscContainerGetPointer(container, &self));
-  RejectionWatch* watch = static_cast<RejectionWatch*>(self);
+  RejectionWatch* const watch = attached<RejectionWatch>(adapt, "bs_rejections");
   if (watch && (watch->gave_up_ || watch->linear_.failed())) *accept = PETSC_FALSE;
   if (!watch || !*accept || !watch->context_ || !watch->context_->examine) PetscFunctionReturn(0);
   watch->stage_ = {};

@@ -1,6 +1,5 @@
 #include "time/ts_setup.hpp"
 #include <algorithm>
-#include <cmath>
 #include <vector>
 #include "base/error.hpp"
 #include "base/handle.hpp"
@@ -179,7 +178,7 @@ PetscErrorCode create_ts(Model& model, TSContext* context, TSHandle* ts) {
   PetscCall(plan_of(*ts, *context, &plan));
   PetscCall(model.prepare(plan));
   if (context->implicit) PetscCall(context->predictor.attach(*ts, model, &context->newton));
-  if (model.incremental() && model.incremental()->limits_steps() && !context->predictor.within_limits())
+  if (model.limits() && !context->predictor.within_limits())
     PetscCall(fail(model.comm(), Exit::input,
                    "forces that limit how far Newton's method goes at once: only beuler, cn and theta (with -ts_theta_endpoint) ask them, with the "
                    "line searches energy and guarded: write -ts_type beuler, and leave -snes_type and -snes_linesearch_type out"));

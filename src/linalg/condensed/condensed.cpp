@@ -1,6 +1,7 @@
 #include "linalg/condensed/condensed.hpp"
 #include <petsc/private/pcimpl.h>  // of types of PC; PCSetPreSolve() is gone since 3.24
 #include <string>
+#include "base/attached.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
 #include "linalg/condensed/inner_solver.hpp"
@@ -127,22 +128,12 @@ PetscErrorCode is_condensed(PC pc, bool* is) {
 }  // namespace
 
 PetscErrorCode attach_tangent(Mat P, Tangent* tangent) {
-  PetscContainer mark;
   PetscFunctionBegin;
-  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(P)), &mark));
-  PetscCall(PetscContainerSetPointer(mark, tangent));
-  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(P), MARK, reinterpret_cast<PetscObject>(mark)));
-  PetscCall(PetscContainerDestroy(&mark));
+  PetscCall(attach(P, MARK, tangent));
   PetscFunctionReturn(0);
 }
 
-Tangent* tangent_of(Mat P) {
-  PetscObject mark = nullptr;
-  void* pointer = nullptr;
-  if (!P || PetscObjectQuery(reinterpret_cast<PetscObject>(P), MARK, &mark) || !mark) return nullptr;
-  if (PetscContainerGetPointer(reinterpret_cast<PetscContainer>(mark), &pointer)) return nullptr;
-  return static_cast<Tangent*>(pointer);
-}
+Tangent* tangent_of(Mat P) { return P ? attached<Tangent>(P, MARK) : nullptr; }
 
 PetscErrorCode register_condensed() {
   PetscFunctionBegin;

@@ -1,7 +1,6 @@
 #include "solvers/newton/convergence.hpp"
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include "base/error.hpp"
 #include "base/option_names.hpp"
 #include "base/petsc_versions.hpp"

@@ -1,5 +1,6 @@
 #include "systems/particles/coupling.hpp"
 #include "base/collective.hpp"
+#include "base/dimension.hpp"
 #include "base/error.hpp"
 #include "base/handle.hpp"
 #include "base/options.hpp"
@@ -82,27 +83,27 @@ PetscErrorCode Coupling::gather(const LocalState& state) {
 }
 
 void Coupling::forces(Part part, double t, const LocalState& state, double* f, Singularity*, Energies* sum) const {
-  with_dimension([&](auto d) {
+  with_dimension(net_->dim, [&](auto d) {
     for (const PetscInt i : rows_[static_cast<int>(part)]) add_force<d>(i, point<d>(i, t, state), f + i * d);
   });
   if (sum && part == Part::boundary) energies(t, state, sum);
 }
 
 void Coupling::energies(double t, const LocalState& state, Energies* sum) const {
-  with_dimension([&](auto d) {
+  with_dimension(net_->dim, [&](auto d) {
     for (PetscInt i = 0; i < net_->n; ++i)
       if (net_->fixed[i] != 1) sum->field += energy<d>(i, point<d>(i, t, state));
   });
 }
 
 void Coupling::forces_on(const std::vector<PetscInt>& which, double t, const LocalState& state, double* f) const {
-  with_dimension([&](auto d) {
+  with_dimension(net_->dim, [&](auto d) {
     for (std::size_t k = 0; k < which.size(); ++k) add_force<d>(which[k], point<d>(which[k], t, state), f + k * d);
   });
 }
 
 void Coupling::supply(double t, const LocalState& state, Supply* sum) const {
-  with_dimension([&](auto d) {
+  with_dimension(net_->dim, [&](auto d) {
     for (PetscInt i = 0; i < net_->n; ++i) {
       if (net_->fixed[i] == 1) continue;
       const Point<d> here = point<d>(i, t, state);
@@ -115,7 +116,7 @@ void Coupling::supply(double t, const LocalState& state, Supply* sum) const {
 
 void Coupling::add_row(PetscInt i, double t, const LocalState& state, double* panel, PetscInt width) const {
   const Links& links = net_->links;
-  with_dimension([&](auto d) {
+  with_dimension(net_->dim, [&](auto d) {
     const Point<d> here = point<d>(i, t, state);
     for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
       if (links.spring[e] >= 0 || pattern_->slot(e) < 0) continue;

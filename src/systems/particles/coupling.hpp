@@ -2,7 +2,6 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include <type_traits>
 #include <vector>
 #include "base/handle.hpp"
 #include "network/network.hpp"
@@ -41,13 +40,6 @@ class Coupling final : public Term {
   PetscErrorCode create_operator(const Network& net, Mat P, bool momentum, Mat* A) const;
 
  private:
-  /// f(d) with the dimension as a constant, d.
-  template <class F>
-  void with_dimension(F&& f) const {
-    if (net_->dim == 1) f(std::integral_constant<int, 1>());
-    else if (net_->dim == 2) f(std::integral_constant<int, 2>());
-    else f(std::integral_constant<int, 3>());
-  }
   template <int d>
   Point<d> point(PetscInt i, double t, const LocalState& state) const {
     return {t, net_->mass[i], net_->columns(i), state.at(i), state.at(i) + d};

@@ -1,9 +1,9 @@
 #include "systems/particles/input_order.hpp"
 #include <algorithm>
 #include <cstring>
-#include <type_traits>
 #include <utility>
 #include "base/collective.hpp"
+#include "base/dimension.hpp"
 #include "base/vec_array.hpp"
 #include "systems/layout.hpp"
 
@@ -15,7 +15,7 @@ namespace {
 template <class Copy>
 void for_rows(const std::vector<PetscInt>& own, std::size_t begin, std::size_t end, int dim, const double* state, Copy&& copy) {
   constexpr std::size_t AHEAD = 32;
-  const auto loop = [&](auto d) {
+  with_dimension(dim, [&](auto d) {
     for (std::size_t row = begin; row < end; ++row) {
       constexpr Layout at{decltype(d)::value};
       const double* later = at.of(state, std::max<PetscInt>(own[std::min(row + AHEAD, own.size() - 1)], 0));
@@ -23,10 +23,7 @@ void for_rows(const std::vector<PetscInt>& own, std::size_t begin, std::size_t e
       __builtin_prefetch(later + at.block() - 1);
       if (own[row] >= 0) copy(at, own[row], row * d);
     }
-  };
-  if (dim == 1) loop(std::integral_constant<int, 1>());
-  else if (dim == 2) loop(std::integral_constant<int, 2>());
-  else loop(std::integral_constant<int, 3>());
+  });
 }
 
 }  // namespace

@@ -118,7 +118,7 @@ PetscErrorCode Predictor::predict(SNES snes, Vec X) {
   PetscFunctionBegin;
   PetscCall(TSGetSolution(ts_, &y));
   if (history_ && !history_->replaying()) PetscCall(wants_substeps(&substeps));
-  substeps = substeps && !(model_->incremental() && model_->incremental()->limits_steps());  // they go where they want
+  substeps = substeps && !model_->limits();  // they go where they want
   PetscCall(substeps ? descend(snes, y, X) : extrapolate(snes, y, X));
   PetscFunctionReturn(0);
 }
@@ -133,13 +133,13 @@ PetscErrorCode Predictor::descend(SNES snes, Vec y, Vec X) {
 }
 
 PetscErrorCode Predictor::may_go(SNES snes, Vec y, Vec X, bool* yes) {
-  Incremental* const forces = model_->incremental();
+  Incremental* const forces = model_->limits();
   double most = 1;
   Vec line;
   PetscReal t = 0, h = 0;
   PetscFunctionBegin;
   *yes = true;
-  if (!forces || !forces->limits_steps()) PetscFunctionReturn(0);
+  if (!forces) PetscFunctionReturn(0);
   PetscCall(TSGetTime(ts_, &t));
   PetscCall(TSGetTimeStep(ts_, &h));
   PetscCall(SNESGetFunction(snes, &line, nullptr, nullptr));  // room that Newton fills anew

@@ -1,6 +1,7 @@
 #include <petsc/private/linesearchimpl.h>  // of types of SNESLineSearch
 #include <algorithm>
 #include <cmath>
+#include "base/attached.hpp"
 #include "base/petsc_versions.hpp"
 #include "solvers/newton/search/energy.hpp"
 
@@ -14,15 +15,11 @@ constexpr const char *GUARDED = "guarded", *ENERGY = "energy";
 /// The policy tied to the SNES of a search.
 PetscErrorCode policy_of(SNESLineSearch line, NewtonPolicy** newton) {
   SNES snes;
-  PetscContainer holder = nullptr;
-  void* found = nullptr;
   PetscFunctionBegin;
   PetscCall(SNESLineSearchGetSNES(line, &snes));
-  PetscCall(PetscObjectQuery(reinterpret_cast<PetscObject>(snes), POLICY, reinterpret_cast<PetscObject*>(&holder)));
-  PetscCheck(holder, PetscObjectComm(reinterpret_cast<PetscObject>(line)), PETSC_ERR_ARG_WRONGSTATE,
+  *newton = attached<NewtonPolicy>(snes, POLICY);
+  PetscCheck(*newton, PetscObjectComm(reinterpret_cast<PetscObject>(line)), PETSC_ERR_ARG_WRONGSTATE,
              "the line searches guarded and energy work only within the time stepper's own Newton solver");
-  PetscCall(PetscContainerGetPointer(holder, &found));
-  *newton = static_cast<NewtonPolicy*>(found);
   PetscFunctionReturn(0);
 }
 
@@ -96,12 +93,8 @@ PetscErrorCode register_searches() {
 }
 
 PetscErrorCode set_search_policy(SNES snes, NewtonPolicy* newton) {
-  PetscContainer holder;
   PetscFunctionBegin;
-  PetscCall(PetscContainerCreate(PetscObjectComm(reinterpret_cast<PetscObject>(snes)), &holder));
-  PetscCall(PetscContainerSetPointer(holder, newton));
-  PetscCall(PetscObjectCompose(reinterpret_cast<PetscObject>(snes), POLICY, reinterpret_cast<PetscObject>(holder)));
-  PetscCall(PetscContainerDestroy(&holder));
+  PetscCall(attach(snes, POLICY, newton));
   PetscFunctionReturn(0);
 }
 
@@ -146,10 +139,10 @@ double merit(const NewtonPolicy& self, const ResidualNorms& now) {
 
 /// Collective. The largest lambda that forces allow along X - lambda Y, at most 1; `work`: room.
 PetscErrorCode largest_step(const NewtonPolicy& self, Vec X, Vec Y, Vec work, PetscReal* lambda) {
-  Incremental* const forces = self.model().incremental();
+  Incremental* const forces = self.model().limits();
   double most = 1;
   PetscFunctionBegin;
-  if (!forces || !forces->limits_steps()) PetscFunctionReturn(0);
+  if (!forces) PetscFunctionReturn(0);
   PetscCall(VecCopy(Y, work));
   PetscCall(VecScale(work, -1.0));
   PetscCall(forces->follow(X, work));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include "base/collective.hpp"
+#include "base/dimension.hpp"
 
 namespace bs {
 
@@ -98,7 +99,7 @@ void Reactions::measure(double t, const LocalState& state, Moment* out) const {
   if (constraints_->anchors().active()) terms_->pairs().pull(t, state, out->pull);
   if (loads_) {
     out->load = std::get<UniformGravity>(*loads_).load;
-    out->load_energy = (net_->dim == 1 ? full_load_energy<1> : net_->dim == 2 ? full_load_energy<2> : full_load_energy<3>)(*net_, *loads_, state);
+    out->load_energy = with_dimension(net_->dim, [&](auto dim) { return full_load_energy<dim>(*net_, *loads_, state); });
   }
   out->given.clear();
   out->u.clear();
