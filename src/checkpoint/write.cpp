@@ -1,6 +1,5 @@
 #include <unistd.h>
 #include <cerrno>
-#include <cstring>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
@@ -100,38 +99,8 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_file(Model& model, const std::string& target, const Facts& run, const std::vector<NamedState>& states, std::string* made,
-                          std::string* full) {
-  PetscInt size;
-  std::vector<StatePart> memory;
-  PetscFunctionBegin;
-  PetscCall(VecGetSize(model.initial_state(), &size));
-  std::int64_t bytes = 262144 + 8 * static_cast<std::int64_t>(states.size()) * size;
-  PetscCall(model.gather_memory(&memory));
-  for (const StatePart& part : memory) {
-    PetscCall(VecGetSize(part.vec, &size));
-    bytes += std::int64_t{8} * size;
-  }
-  const auto fill = [&](hid_t file) {
-    std::vector<StatePart> parts;
-    PetscFunctionBegin;
-    PetscCall(write_facts(file, model, run));
-    for (const NamedState& state : states) {
-      PetscCall(model.gather_state(state.vec, &parts));
-      for (const StatePart& part : parts) PetscCall(require_finite(model.comm(), state.group + "/" + part.name, part.vec));
-      PetscCall(write_parts(model.comm(), file, state.group, parts));
-    }
-    for (const StatePart& part : memory) PetscCall(require_finite(model.comm(), "/memory/" + part.name, part.vec));
-    if (!memory.empty()) PetscCall(write_parts(model.comm(), file, "/memory", memory));
-    PetscFunctionReturn(PetscErrorCode(0));
-  };
-  PetscCall(write_whole_hdf5(model.comm(), target, bytes, fill, made, full));
-  PetscFunctionReturn(0);
-}
-
 /// Puts `made` in the place of `file`, which goes on as `before`. errno; 0: done.
 int replace_checkpoint(const std::string& made, const std::string& file, const std::string& before) {
-  if (const int why = bring_to_disk(made)) return why;
   // a second name for the old one, under which it takes the place of the one before: both are there at every moment. Where a
   // file system has no links the old one is renamed, with a moment in which only `before` is there.
   std::string second;
@@ -155,19 +124,32 @@ int replace_checkpoint(const std::string& made, const std::string& file, const s
 
 PetscErrorCode write_checkpoint(Model& model, const std::string& file, const Facts& run, const std::vector<NamedState>& states) {
   const std::string target = real_name(file);
-  std::string made, full;
+  PetscInt size;
+  std::vector<StatePart> memory;
   PetscFunctionBegin;
+  PetscCall(VecGetSize(model.initial_state(), &size));
+  std::int64_t bytes = 262144 + 8 * static_cast<std::int64_t>(states.size()) * size;
+  PetscCall(model.gather_memory(&memory));
+  for (const StatePart& part : memory) {
+    PetscCall(VecGetSize(part.vec, &size));
+    bytes += std::int64_t{8} * size;
+  }
+  const auto fill = [&](hid_t file) {
+    std::vector<StatePart> parts;
+    PetscFunctionBegin;
+    PetscCall(write_facts(file, model, run));
+    for (const NamedState& state : states) {
+      PetscCall(model.gather_state(state.vec, &parts));
+      for (const StatePart& part : parts) PetscCall(require_finite(model.comm(), state.group + "/" + part.name, part.vec));
+      PetscCall(write_parts(model.comm(), file, state.group, parts));
+    }
+    for (const StatePart& part : memory) PetscCall(require_finite(model.comm(), "/memory/" + part.name, part.vec));
+    if (!memory.empty()) PetscCall(write_parts(model.comm(), file, "/memory", memory));
+    PetscFunctionReturn(PetscErrorCode(0));
+  };
   const IoWatch watch(model.comm(), "cannot write the checkpoint " + file, ": the one before it is intact");
-  PetscErrorCode code = write_file(model, target, run, states, &made, &full);
-  const int why = ask_rank_0(model.comm(), [&] {
-    const bool good = !code && full.empty();
-    const int failed = good ? replace_checkpoint(made, target, previous_checkpoint(target)) : 0;
-    if (!made.empty() && (!good || failed)) (void)unlink(made.c_str());
-    return failed;
-  });
-  if (why) full = std::strerror(why);
-  if (!code && !full.empty()) code = fail(model.comm(), Exit::io, watch.sentence(full));
-  PetscCall(watch.report(model.comm(), code));
+  PetscCall(write_whole_hdf5(model.comm(), watch, target, bytes, fill,
+                             [&](const std::string& made) { return replace_checkpoint(made, target, previous_checkpoint(target)); }));
   PetscFunctionReturn(0);
 }
 

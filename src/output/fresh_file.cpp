@@ -228,8 +228,9 @@ PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode write_whole_hdf5(MPI_Comm comm, const std::string& target, std::int64_t bytes, const std::function<PetscErrorCode(hid_t)>& fill,
-                                std::string* made, std::string* reason) {
+/// `made`: its name, empty where none was made; `reason`: why the system does not let it be written, or nothing.
+static PetscErrorCode fill_fresh_hdf5(MPI_Comm comm, const std::string& target, std::int64_t bytes, const std::function<PetscErrorCode(hid_t)>& fill,
+                                      std::string* made, std::string* reason) {
   FileIdentity identity;
   PetscFunctionBegin;
   PetscCall(create_fresh_hdf5(comm, target, made, &identity, reason));
@@ -244,6 +245,24 @@ PetscErrorCode write_whole_hdf5(MPI_Comm comm, const std::string& target, std::i
   if (!reason->empty()) PetscFunctionReturn(0);
   PetscCall(fill(file));
   BS_H5(H5Fflush(file, H5F_SCOPE_GLOBAL));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode write_whole_hdf5(MPI_Comm comm, const IoWatch& watch, const std::string& target, std::int64_t bytes,
+                                const std::function<PetscErrorCode(hid_t)>& fill, const std::function<int(const std::string&)>& put) {
+  std::string made, reason;
+  PetscFunctionBegin;
+  PetscErrorCode code = fill_fresh_hdf5(comm, target, bytes, fill, &made, &reason);
+  const int why = ask_rank_0(comm, [&] {
+    const bool good = !code && reason.empty();
+    int failed = good ? bring_to_disk(made) : 0;
+    if (good && !failed) failed = put(made);
+    if (!made.empty() && (!good || failed)) (void)unlink(made.c_str());
+    return failed;
+  });
+  if (why) reason = std::strerror(why);
+  if (!code && !reason.empty()) code = fail(comm, Exit::io, watch.sentence(reason));
+  PetscCall(watch.report(comm, code));
   PetscFunctionReturn(0);
 }
 

@@ -62,9 +62,9 @@ PetscErrorCode require_writable(MPI_Comm comm, const std::string& file, const ch
 /// its free space instead.
 PetscErrorCode reserve_space(MPI_Comm comm, const std::string& file, std::int64_t from, std::int64_t bytes, std::string* reason);
 
-/// Collective. A new file beside `target` of some `bytes`, which `fill` writes on all ranks; `made` is its name, empty where none was made, for
-/// give_name() or unlink() on rank 0. `reason`: why the system does not let it be written, or nothing.
-PetscErrorCode write_whole_hdf5(MPI_Comm comm, const std::string& target, std::int64_t bytes, const std::function<PetscErrorCode(hid_t)>& fill,
-                                std::string* made, std::string* reason);
+/// Collective. A new file beside `target` of some `bytes`, which `fill` writes on all ranks. Once it is whole and on disk, `put` gives the file of
+/// this name that of the target on rank 0: errno, or 0. Where anything of it fails, the error is said by `watch`, and no file is left.
+PetscErrorCode write_whole_hdf5(MPI_Comm comm, const IoWatch& watch, const std::string& target, std::int64_t bytes,
+                                const std::function<PetscErrorCode(hid_t)>& fill, const std::function<int(const std::string&)>& put);
 
 }  // namespace bs

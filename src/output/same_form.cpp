@@ -57,8 +57,7 @@ PetscErrorCode Trajectory::Impl::compare_frames(const std::string& group, std::i
 }
 
 PetscErrorCode Trajectory::Impl::compare_form(FormDifferences* found) {
-  const std::string open_box = "/particles/trajectory/box/edges";  // written without an observable of the run
-  std::set<std::string> own = {open_box};
+  std::set<std::string> own = {BOX_EDGES};  // of an open box it is written without an observable of the run
   std::string foreign;
   PetscFunctionBegin;
   for (const FieldColumn& field : fields) {

@@ -1,8 +1,5 @@
 #include "tasks/generate.hpp"
-#include <unistd.h>
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/option_names.hpp"
@@ -73,21 +70,11 @@ PetscErrorCode fill(hid_t file, const LatticeFile& lattice) {
 /// The name goes to the file once it is whole and on disk.
 PetscErrorCode write_file(MPI_Comm comm, const std::string& file, bool overwrite, const LatticeFile& lattice) {
   const std::string target = real_name(file);
-  std::string made, full;
   PetscFunctionBegin;
   const IoWatch watch(comm, "cannot write the lattice " + file, "");
-  PetscErrorCode code = write_whole_hdf5(
-      comm, target, table_bytes(lattice.tables), [&](hid_t to) { return fill(to, lattice); }, &made, &full);
-  const int why = ask_rank_0(comm, [&] {
-    const bool good = !code && full.empty();
-    int failed = good ? bring_to_disk(made) : 0;
-    if (good && !failed) failed = give_name(made, target, overwrite);
-    if (!made.empty() && (!good || failed)) (void)unlink(made.c_str());
-    return failed;
-  });
-  if (why) full = std::strerror(why);
-  if (!code && !full.empty()) code = fail(comm, Exit::io, watch.sentence(full));
-  PetscCall(watch.report(comm, code));
+  PetscCall(write_whole_hdf5(
+      comm, watch, target, table_bytes(lattice.tables), [&](hid_t to) { return fill(to, lattice); },
+      [&](const std::string& made) { return give_name(made, target, overwrite); }));
   PetscFunctionReturn(0);
 }
 
