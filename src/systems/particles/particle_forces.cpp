@@ -1,5 +1,6 @@
 // Forces and energies of a state, what of them still holds when the same state comes again, loads of a statics run, and bodies that nothing holds
 // against them.
+#include "base/dimension.hpp"
 #include "base/error.hpp"
 #include "base/log_event.hpp"
 #include "base/petsc_versions.hpp"
@@ -32,10 +33,10 @@ PetscErrorCode ParticleModel::force(double t, Vec y, const double** f) {
   PetscFunctionReturn(0);
 }
 
-/// Whether force_ holds the forces on particles that no ghost acts on, for the state that state_ holds and time t: they depend on states alone,
-/// and on the time where anything does.
+/// Whether force_ holds the forces on particles that no ghost acts on, for the state that state_ holds and time t: they depend on the states and
+/// the terms as they are, and on the time where anything does.
 bool ParticleModel::knows_interior(double t) const {
-  return interior_.known && interior_.version == state_.version() && (interior_.time == t || !time_dependent());
+  return interior_.known && interior_.state == state_.version() && interior_.terms == terms_->version() && (interior_.time == t || !time_dependent());
 }
 
 /// Whether forces on the same state differ from time to time.
@@ -45,12 +46,9 @@ bool ParticleModel::time_dependent() const {
   return laws || constraints_.time_dependent() || forces_.varies() || callback_.active() || (net_.relaxes && !loads_);
 }
 
-/// What changes beside the state: histories of springs, springs that break, and what couples all particles.
-bool ParticleModel::depends_on_state_alone() const { return !coupling_.active() && !terms_->remembers() && !terms_->breaking().active(); }
-
-/// After they have been computed; a fault is to be met again.
+/// After they have been computed; a fault is to be met again. What couples all particles depends on the states of other ranks, too.
 void ParticleModel::note_interior(double t, const Singularity& fault) {
-  interior_ = {depends_on_state_alone() && fault.kind == Singularity::none, state_.version(), t};
+  interior_ = {!coupling_.active() && fault.kind == Singularity::none, state_.version(), terms_->version(), t};
 }
 
 PetscErrorCode ParticleModel::gather(double t, Vec y) {
@@ -67,10 +65,9 @@ const Energies& ParticleModel::energies_at(double t, Vec y) {
   PetscObjectState state = 0;
   (void)PetscObjectGetId(reinterpret_cast<PetscObject>(y), &vec);
   (void)PetscObjectStateGet(reinterpret_cast<PetscObject>(y), &state);
-  const bool same = known_.vec == vec && known_.state == state && known_.time == t;
-  if (same && !terms_->remembers()) return known_.energies;  // histories change beside the state
-  known_ = {vec, state, t, {}};
-  if (!depends_on_state_alone() || wasted_ >= MOST_WASTED) {
+  if (known_.vec == vec && known_.state == state && known_.terms == terms_->version() && known_.time == t) return known_.energies;
+  known_ = {vec, state, terms_->version(), t, {}};
+  if (coupling_.active() || wasted_ >= MOST_WASTED) {
     known_.energies = terms_->energies(t, state_);
     return known_.energies;
   }
@@ -117,12 +114,7 @@ PetscErrorCode ParticleModel::count_free_bodies(PetscInt* free) {
   PetscFunctionBegin;
   const auto add = [&](const auto& law, PetscInt i) {
     const double zero[3] = {0, 0, 0};
-    const auto at = [&](auto dim) {
-      (void)law.template force<decltype(dim)::value>({0, net_.mass[i], net_.columns(i), zero, zero}, load.data() + i * d);
-    };
-    if (d == 1) at(std::integral_constant<int, 1>{});
-    else if (d == 2) at(std::integral_constant<int, 2>{});
-    else at(std::integral_constant<int, 3>{});
+    with_dimension(d, [&](auto dim) { (void)law.template force<dim>({0, net_.mass[i], net_.columns(i), zero, zero}, load.data() + i * d); });
   };
   for_each_law(laws_, [&](const auto& law) {
     using Law = std::decay_t<decltype(law)>;
@@ -136,7 +128,7 @@ PetscErrorCode ParticleModel::count_free_bodies(PetscInt* free) {
     forces_.force(k, 1, f);
     for (PetscInt c = 0; c < d; ++c) load[static_cast<std::size_t>(forces_.loaded()[k] * d + c)] += f[c];
   }
-  PetscCall(free_bodies_.count(net_, load, may_hold, free));
+  PetscCall(free_bodies_.count(net_, terms_->version(), load, may_hold, free));
   PetscFunctionReturn(0);
 }
 
@@ -146,7 +138,7 @@ PetscErrorCode ParticleModel::return_free_bodies(double t_from, Vec from, double
   PetscFunctionBegin;
   for (int k = 0; k < d; ++k) A[k * d + k] = 1;
   if (constraints_.box().active()) constraints_.box().carried(t_from, t_to, A);
-  PetscCall(free_bodies_.pull_back(A, h, from, to));
+  PetscCall(free_bodies_.pull_back(terms_->version(), A, h, from, to));
   PetscFunctionReturn(0);
 }
 

@@ -209,8 +209,8 @@ PetscErrorCode ParticleModel::commit_start() {
 PetscErrorCode ParticleModel::prepare(const Plan& plan) {
   PetscReal start;
   PetscFunctionBegin;
-  PetscCall(read_start_time(&start));
   if (!plan.even_ends) PetscFunctionReturn(0);
+  PetscCall(read_start_time(&start));
   forces_.set_even_ends(start);
   constraints_.set_even_ends(start);
   PetscFunctionReturn(0);

@@ -80,7 +80,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode accept(const Step& step, Vec y) override;
   PetscErrorCode begin_at(double t, Vec y) override;
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return terms_->gather_history(parts); }
-  PetscErrorCode scatter_memory() override;
+  PetscErrorCode scatter_memory() override { return terms_->recall(); }
   bool remembers() const override { return terms_->remembers(); }
   PetscErrorCode prepare(const Plan& plan) override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
@@ -96,7 +96,6 @@ class ParticleModel final : public Mechanics {
   void add_mass();
   PetscErrorCode check_laws() const;
   PetscErrorCode take_fingerprint(const Lattice& lattice, const std::vector<std::uint8_t>& fixed);
-  void springs_changed();
   void find_roomless();
   PetscErrorCode note_numbers(const std::string& name, const std::vector<double>& all);
   PetscErrorCode create_state();
@@ -110,7 +109,6 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode make_order();
   PetscErrorCode fill_output(Vec y);
   std::string spring_laws_in_words() const;
-  bool depends_on_state_alone() const;
   bool knows_interior(double t) const;
   void note_interior(double t, const Singularity& fault);
   /// Collective. What every evaluation of the terms needs of the state: ghosts, and sums over all particles.
@@ -144,12 +142,13 @@ class ParticleModel final : public Mechanics {
   struct {
     PetscObjectId vec = 0;
     PetscObjectState state = 0;
+    std::uint64_t terms = 0;
     double time = 0;
     Energies energies;
   } known_;  ///< this rank's energies of the state they were computed for last
   struct {
     bool known = false;
-    std::uint64_t version = 0;
+    std::uint64_t state = 0, terms = 0;  ///< versions of these
     double time = 0;
   } interior_;                     ///< the state for which force_ holds the forces on particles that no ghost acts on
   bool summed_ = false;            ///< they came with energies, and were not asked for since

@@ -79,7 +79,7 @@ PetscErrorCode ParticleModel::set_numbers(const std::string& name, const std::ve
   }
   PetscCall(note_numbers(name, all));
   PetscCall(terms_->keep_dissipated(dissipated));
-  springs_changed();
+  terms_->renew();
   rates_ = terms_->rates();
   PetscFunctionReturn(0);
 }

@@ -7,7 +7,6 @@
 #include "base/options.hpp"
 #include "base/text.hpp"
 #include "network/migrate.hpp"
-#include "physics/pair/springs/registry.hpp"
 #include "systems/particles/lattice_tables.hpp"
 #include "systems/particles/particle_model.hpp"
 

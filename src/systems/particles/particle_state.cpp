@@ -25,18 +25,11 @@ PetscErrorCode ParticleModel::gather_state(Vec y, std::vector<StatePart>* parts)
   PetscFunctionReturn(0);
 }
 
-/// Numbers of springs or particles, or what is broken, are others than before: what was computed of them is known no longer.
-void ParticleModel::springs_changed() {
-  known_.vec = 0;
-  interior_.known = false;
-  free_bodies_.springs_changed();
-}
-
 /// Histories are brought up to the state that was gathered, the end of `step`; no time goes by in load steps.
 PetscErrorCode ParticleModel::commit(Step step) {
   PetscFunctionBegin;
   if (loads_) step.h = 0;
-  for (Term* term : *terms_) PetscCall(term->accept(step, state_));
+  PetscCall(terms_->accept(step, state_));
   PetscFunctionReturn(0);
 }
 
@@ -47,9 +40,7 @@ bool ParticleModel::begins_steps() const {
 PetscErrorCode ParticleModel::begin_step(const Step& step, Vec y) {
   PetscFunctionBegin;
   PetscCall(gather(step.t, y));
-  for (Term* term : *terms_) PetscCall(term->begin_step(step, state_));
-  interior_.known = false;
-  known_.vec = 0;
+  PetscCall(terms_->begin_step(step, state_));
   PetscFunctionReturn(0);
 }
 
@@ -62,17 +53,13 @@ PetscErrorCode ParticleModel::accept(const Step& step, Vec y) {
   PetscCall(commit(step));
   PetscCall(reactions_.advance(t, state_));
   PetscCall(terms_->breaking().break_parts(t, loads_ ? t : 1, loads_, state_));
-  if (terms_->breaking().broke() == 0) PetscFunctionReturn(0);
-  known_.vec = 0;  // the energies are others
-  free_bodies_.springs_changed();
-  reactions_.renew(t, state_);
+  if (terms_->breaking().broke() > 0) reactions_.renew(t, state_);
   PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::begin_at(double t, Vec y) {
   PetscFunctionBegin;
   constraints_.box().keep_strains();
-  known_.vec = 0;
   PetscCall(gather(t, y));
   PetscCall(commit({t, 0}));
   reactions_.renew(t, state_);
@@ -108,13 +95,6 @@ void ParticleModel::keep_sums(const Keeper& keep) {
   reactions_.keep(keep);
   terms_->keep(keep);
   constraints_.box().keep(keep);
-}
-
-PetscErrorCode ParticleModel::scatter_memory() {
-  PetscFunctionBegin;
-  PetscCall(terms_->recall());
-  springs_changed();
-  PetscFunctionReturn(0);
 }
 
 PetscErrorCode ParticleModel::fingerprint(std::uint64_t* value) {

@@ -1,6 +1,7 @@
 #include "systems/particles/terms.hpp"
 #include <algorithm>
 #include "base/collective.hpp"
+#include "base/dimension.hpp"
 #include "base/error.hpp"
 #include "base/log_event.hpp"
 #include "base/text.hpp"
@@ -10,18 +11,8 @@
 
 namespace bs {
 
-namespace {
-
-std::unique_ptr<PairForces> pair_forces(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern) {
-  if (net.dim == 1) return create_pair_forces_of<1>(net, laws, motion, pattern);
-  if (net.dim == 2) return create_pair_forces_of<2>(net, laws, motion, pattern);
-  return create_pair_forces_of<3>(net, laws, motion, pattern);
-}
-
-}  // namespace
-
 Terms::Terms(const Network& net, const ParticleLaws& laws, const Motion& motion, const RowPattern& pattern, Coupling* coupling)
-    : net_(net), pairs_(pair_forces(net, laws, motion, pattern)), terms_{pairs_.get()} {
+    : net_(net), pairs_(with_dimension(net.dim, [&](auto d) { return create_pair_forces_of<d>(net, laws, motion, pattern); })), terms_{pairs_.get()} {
   if (coupling) add(*coupling);
   for (std::size_t kind = 0; kind < net.interactions.size() && net.dim > 1; ++kind) {
     const InteractionTable& table = net.interactions[kind];
@@ -54,8 +45,23 @@ PetscErrorCode Terms::gather_history(std::vector<StatePart>* parts) {
   PetscFunctionReturn(0);
 }
 
+PetscErrorCode Terms::begin_step(const Step& step, const LocalState& state) {
+  PetscFunctionBegin;
+  for (Term* term : terms_) PetscCall(term->begin_step(step, state));
+  renew();
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Terms::accept(const Step& step, const LocalState& state) {
+  PetscFunctionBegin;
+  for (Term* term : terms_) PetscCall(term->accept(step, state));
+  if (remembers()) renew();
+  PetscFunctionReturn(0);
+}
+
 PetscErrorCode Terms::recall() {
   PetscFunctionBegin;
+  renew();
   for (Term* term : terms_) PetscCall(term->recall());
   PetscCall(breaking_.recall());
   PetscFunctionReturn(0);

@@ -1,5 +1,6 @@
 // All forces on particles: the list of terms, in the order in which they are summed.
 #pragma once
+#include <cstdint>
 #include <memory>
 #include <vector>
 #include "systems/incremental.hpp"
@@ -29,6 +30,13 @@ class Terms {
   Breaking& breaking() { return breaking_; }
   const Breaking& breaking() const { return breaking_; }
   bool remembers() const;
+  /// Changes whenever forces and energies at the same state and time may have become others: by histories, by what broke, by numbers.
+  std::uint64_t version() const { return version_ + breaking_.changes(); }
+  /// Numbers of springs, particles or interactions are others from now on.
+  void renew() { ++version_; }
+  /// Collective. Term::begin_step and Term::accept of all.
+  PetscErrorCode begin_step(const Step& step, const LocalState& state);
+  PetscErrorCode accept(const Step& step, const LocalState& state);
   /// Collective. The histories and the list of broken parts, for a checkpoint; recall() takes them over after they were read.
   PetscErrorCode gather_history(std::vector<StatePart>* parts);
   PetscErrorCode recall();
@@ -61,6 +69,7 @@ class Terms {
   std::vector<Term*> terms_;  ///< all of them, in order
   BreakRules rules_;
   Breaking breaking_;
+  std::uint64_t version_ = 0;
   double dissipated_before_ = 0;  ///< dissipated before numbers were changed, which the terms no longer count [J]
   mutable SparseBlocks blocks_;   ///< blocks of the matrix that is being written
 };

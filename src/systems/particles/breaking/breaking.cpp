@@ -99,6 +99,7 @@ PetscErrorCode Breaking::break_parts(double t, double load, bool loads, const Lo
   if (!goes_on) ++sums_.avalanches, sums_.size = 0;
   for (PastLimit& one : found) book(t, load, &one);
   sums_.last = t;
+  ++changes_;
   broke_ = static_cast<std::int64_t>(found.size());
   sums_.size += broke_;
   sums_.largest = std::max(sums_.largest, sums_.size);
@@ -112,6 +113,7 @@ void Breaking::mark() {
 
 void Breaking::revert() {
   list_.resize(marked_list_);
+  ++changes_;
   for (Breakable* kind : kinds_) kind->revert();
 }
 

@@ -1,7 +1,5 @@
 // What breaks: which parts of all terms are past their limits at an accepted state, what they leave, and the list of them.
 #pragma once
-#include <map>
-#include <string>
 #include <vector>
 #include "systems/particles/breaking/breakable.hpp"
 #include "systems/system.hpp"
@@ -20,6 +18,8 @@ class Breaking final : public Breaks {
     sums_.of.push_back(0);
   }
   bool active() const { return !kinds_.empty(); }
+  /// Counts the times at which parts broke or became whole again.
+  std::uint64_t changes() const { return changes_; }
 
   /// Collective, at an accepted state. Breaks what is past its limit; `load`: the factor of loads, `loads`: whether time is one.
   PetscErrorCode break_parts(double t, double load, bool loads, const LocalState& state);
@@ -72,6 +72,7 @@ class Breaking final : public Breaks {
   Sums sums_;
   std::size_t marked_list_ = 0;
   std::int64_t broke_ = 0;
+  std::uint64_t changes_ = 0;
   std::vector<std::vector<VecHandle>> kept_;  ///< per kind: the list by rows, for checkpoints
 };
 

@@ -1,7 +1,6 @@
 #include "systems/particles/constraints/free_bodies.hpp"
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include "base/collective.hpp"
 #include "base/disjoint_sets.hpp"
 #include "base/error.hpp"
@@ -92,7 +91,6 @@ PetscErrorCode FreeBodies::find() {
     if (body_[i] >= 0) mass_[body_[i]] += net.mass[i];
   PetscCall(add_up(&mass_));
   PetscCall(find_held());
-  found_ = true;
   PetscFunctionReturn(0);
 }
 
@@ -115,7 +113,7 @@ PetscErrorCode FreeBodies::find_held() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode FreeBodies::count(const Network& net, const std::vector<double>& load, bool may_hold, PetscInt* free) {
+PetscErrorCode FreeBodies::count(const Network& net, std::uint64_t springs, const std::vector<double>& load, bool may_hold, PetscInt* free) {
   const PetscInt d = net.dim;
   PetscInt count = 0;
   Error fault;
@@ -123,6 +121,7 @@ PetscErrorCode FreeBodies::count(const Network& net, const std::vector<double>& 
   net_ = &net;
   adrift_ = !may_hold;
   PetscCall(find());
+  found_ = springs;
   std::vector<double> size(label_.size(), 0.0), whole(label_.size(), 0.0);
   for (PetscInt c = 0; c < d; ++c) {
     std::vector<double> sum(label_.size(), 0.0);
@@ -161,10 +160,11 @@ PetscErrorCode FreeBodies::add_up(std::vector<double>* values) const {
 }
 
 // off = sum of m (x_to - A x_from) / sum of m
-PetscErrorCode FreeBodies::pull_back(const double* A, double h, Vec from, Vec to) {
+PetscErrorCode FreeBodies::pull_back(std::uint64_t springs, const double* A, double h, Vec from, Vec to) {
   PetscFunctionBegin;
   if (!adrift_) PetscFunctionReturn(0);
-  if (!found_) PetscCall(find());
+  if (found_ != springs) PetscCall(find());
+  found_ = springs;
   if (!any_) PetscFunctionReturn(0);
   const int d = net_->dim;
   const PetscInt n = net_->n;

@@ -2,7 +2,6 @@
 #include "systems/particles/constraints/constraints.hpp"
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include "held_network.hpp"
 #include "systems/particles/constraints/free_bodies.hpp"
 #include "systems/particles/row_pattern.hpp"
@@ -119,7 +118,7 @@ TEST_CASE("bodies that nothing holds go back to where they were; one on rollers 
   FreeBodies bodies;
   PetscInt free = -1;
   std::vector<double> load(static_cast<std::size_t>(2 * net.n), 0.0);
-  REQUIRE(bodies.count(net, load, false, &free) == 0);
+  REQUIRE(bodies.count(net, 0, load, false, &free) == 0);
   CHECK(free == 1);
   VecHandle from;
   REQUIRE(VecDuplicate(at.y, from.out()) == 0);
@@ -130,7 +129,7 @@ TEST_CASE("bodies that nothing holds go back to where they were; one on rollers 
   for (PetscInt i = 0; i < net.n; ++i)
     for (int c = 0; c < 2; ++c) a[4 * i + c] += 0.25 * (1 + c);
   REQUIRE(VecRestoreArray(at.y, &a) == 0);
-  REQUIRE(bodies.pull_back(A, h, from, at.y) == 0);
+  REQUIRE(bodies.pull_back(0, A, h, from, at.y) == 0);
   const PetscScalar* b = nullptr;
   REQUIRE(VecGetArrayRead(at.y, &b) == 0);
   for (PetscInt i = 0; i < net.n; ++i) {
@@ -140,9 +139,9 @@ TEST_CASE("bodies that nothing holds go back to where they were; one on rollers 
   REQUIRE(VecRestoreArrayRead(at.y, &b) == 0);
 
   for (PetscInt i = 0; i < net.n; ++i) load[static_cast<std::size_t>(2 * i)] = right(i) ? 1 : 0;
-  REQUIRE(bodies.count(net, load, true, &free) == 0);  // something else may hold it
+  REQUIRE(bodies.count(net, 0, load, true, &free) == 0);  // something else may hold it
   const PetscErrors quiet(PETSC_COMM_WORLD);
-  REQUIRE(bodies.count(net, load, false, &free) == ERR_FAILED);
+  REQUIRE(bodies.count(net, 0, load, false, &free) == ERR_FAILED);
   CHECK(last_error(PETSC_COMM_WORLD).text.find("nothing holds particle 4 ") != std::string::npos);
   clear_error(PETSC_COMM_WORLD);
 }
