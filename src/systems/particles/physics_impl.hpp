@@ -1,7 +1,6 @@
 // The loops behind PairForces, for one dimension and one law of damping.
 #pragma once
 #include <algorithm>
-#include <limits>
 #include "physics/pair/springs/registry.hpp"
 #include "systems/particles/link_kernel.hpp"
 #include "systems/particles/physics.hpp"
@@ -242,7 +241,6 @@ class PairForcesOf final : public PairForces {
   static void add_supply(const Law& law, const Point<d>& point, Supply* sum);
   template <class Law>
   static void add_law(const Law& law, const Point<d>& point, const double* dx, const double* dv, double sigma, PotentialChange* sum);
-  template <class Spring>
   [[gnu::flatten]] void add_products(PetscInt i, const LocalState& state, const LocalState& z, double* f) const;
   /// The pair of S, and that of a cut spring, that was filled last.
   struct PairPlaces {
@@ -276,8 +274,7 @@ std::unique_ptr<PairForces> create_pair_forces_of(const Network& net, const Part
 
 }  // namespace bs
 
-#include "systems/particles/condensed/physics_condensed.hpp"
-#include "systems/particles/condensed/predicted_tensions.hpp"
+#include "systems/particles/physics_condensed.hpp"
 #include "systems/particles/physics_forces.hpp"
 #include "systems/particles/physics_links.hpp"
 #include "systems/particles/physics_potential.hpp"

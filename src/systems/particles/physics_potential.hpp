@@ -20,17 +20,16 @@ void PairForcesOf<d, Damper>::beyond_slope(double t, const LocalState& state, co
       using Spring = decltype(law);
       if constexpr (!Spring::mixed)
         if (plain_[i]) sum.value += 0.5 * sigma * plain_beyond_slope<d, Spring>(links, i, y, state.at(0), line.at(0), lambda);
-      for (PetscInt e = links.start[i]; e < links.start[i + 1] && !plain_[i]; ++e) {
+    });
+    if (!plain_[i])
+      for_links(i, state, [&](auto kernel, PetscInt e, const LinkGeometry<d>& g, const auto& p) {
         const double* other = line.at(links.other[e]);
         for (int c = 0; c < d; ++c) {
           dd[c] = lambda * (z[c] - other[c]);
           dw[c] = lambda * (z[d + c] - other[d + c]);
         }
-        const LinkGeometry<d> g(y, state.at(links.other[e]));
-        const auto p = parameters<Spring>(links, e, state.time());
-        if (links.spring[e] >= 0 && Kernel<Spring>::defined(g, p)) sum.value += 0.5 * Kernel<Spring>::beyond_slope(g, dd, dw, p, sigma);
-      }
-    });
+        sum.value += 0.5 * kernel.beyond_slope(g, dd, dw, p, sigma);
+      });
     if (net_.fixed[i]) continue;
     for (int c = 0; c < d; ++c) {
       dx[c] = lambda * z[c];

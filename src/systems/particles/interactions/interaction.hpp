@@ -73,10 +73,7 @@ class Interaction final : public Term {
   }
 
   void forces_on(const std::vector<PetscInt>& which, double, const LocalState& state, double* f) const override {
-    traverse(state, [&](const Element& e) {
-      double force[N * d];
-      if (Law::template fault<d>(e.x, e.p)) return;
-      Law::template force<d>(e.x, e.p, force);
+    traverse_forces(state, [&](const Element& e, const double* force) {
       for (int a = 0; a < N; ++a) {
         const auto at = std::lower_bound(which.begin(), which.end(), e.end[a]);
         if (at == which.end() || *at != e.end[a]) continue;
@@ -87,10 +84,7 @@ class Interaction final : public Term {
 
   /// Of owned ends, held ones too.
   void inner_sizes(const LocalState& state, double* size) const override {
-    traverse(state, [&](const Element& e) {
-      double force[N * d];
-      if (Law::template fault<d>(e.x, e.p)) return;
-      Law::template force<d>(e.x, e.p, force);
+    traverse_forces(state, [&](const Element& e, const double* force) {
       for (int a = 0; a < N; ++a) {
         double square = 0;
         for (int c = 0; c < d; ++c) square += force[a * d + c] * force[a * d + c];
@@ -111,8 +105,7 @@ class Interaction final : public Term {
 
   void beyond_slope(double, const LocalState& state, const LocalState& line, double lambda, double sigma, PotentialChange* change) const override {
     double sum = 0;
-    traverse(state, [&](const Element& e) {
-      if (Law::template fault<d>(e.x, e.p)) return;
+    traverse_regular(state, [&](const Element& e) {
       double step[N * d];
       const double* dx[N];
       for (int a = 0; a < N; ++a) {
@@ -134,10 +127,8 @@ class Interaction final : public Term {
 
   // With forces f_a on the ends at x_a, of sum zero, E changes by -f_a.(G x_a) where space is strained by G, by -f_a.e_k' s_a,k where an edge moves.
   void box_forces(const LocalState& state, BoxForces* sum) const override {
-    traverse(state, [&](const Element& e) {
-      double force[N * d], part[d * d] = {};
-      if (Law::template fault<d>(e.x, e.p)) return;
-      Law::template force<d>(e.x, e.p, force);
+    traverse_forces(state, [&](const Element& e, const double* force) {
+      double part[d * d] = {};
       add_virial(e, force, share(e), part);
       for (int k = 0; k < d * d; ++k) sum->virial[k] += part[k];
       for (int a = 0; a < N; ++a)
@@ -147,10 +138,8 @@ class Interaction final : public Term {
   }
   void particle_stress(const LocalState& state, double* sum) const override {
     constexpr int q = d * (d + 1) / 2;
-    traverse(state, [&](const Element& e) {
-      double force[N * d], part[d * d] = {};
-      if (Law::template fault<d>(e.x, e.p)) return;
-      Law::template force<d>(e.x, e.p, force);
+    traverse_forces(state, [&](const Element& e, const double* force) {
+      double part[d * d] = {};
       add_virial(e, force, 1.0 / N, part);
       for (int a = 0; a < N; ++a)
         for (int r = 0; r < d && e.end[a] < net_.n; ++r)
@@ -162,8 +151,7 @@ class Interaction final : public Term {
     constexpr int q = d * (d + 1) / 2;
     double strain[q][d * d], K[N * d * N * d];
     for (int k = 0; k < q; ++k) unit_strain(d, k, strain[k]);
-    traverse(state, [&](const Element& e) {
-      if (Law::template fault<d>(e.x, e.p)) return;
+    traverse_regular(state, [&](const Element& e) {
       Law::template tangent<d, false>(e.x, e.p, K);
       double step[q][N * d] = {}, force[q][N * d] = {};
       for (int k = 0; k < q; ++k) {
@@ -210,9 +198,8 @@ class Interaction final : public Term {
       const InteractionNumber number = interaction_number(name);
       std::vector<std::pair<std::int64_t, double>> parts;
       if (number.kind != static_cast<int>(kind_)) PetscFunctionReturn(0);
-      traverse(state, [&](const Element& e) {
+      traverse_regular(state, [&](const Element& e) {
         double change[N * d], sum = 0;
-        if (Law::template fault<d>(e.x, e.p)) return;
         Law::template force_change<d>(e.x, e.p, static_cast<int>(number.place), change);
         for (int a = 0; a < N; ++a)
           for (int c = 0; c < d && acts_on(e.end[a]); ++c) sum += lambda.at(e.end[a])[c] * change[a * d + c];
@@ -282,12 +269,27 @@ class Interaction final : public Term {
     for (std::size_t k = 0; k < table_.row.size(); ++k)
       if (!table_.is_broken(k)) visit(element(k, [&](PetscInt i) { return state.at(i); }));
   }
+  /// Those that have forces.
+  template <class Visit>
+  void traverse_regular(const LocalState& state, Visit&& visit) const {
+    traverse(state, [&](const Element& e) {
+      if (!Law::template fault<d>(e.x, e.p)) visit(e);
+    });
+  }
+  /// visit(element, forces on its ends)
+  template <class Visit>
+  void traverse_forces(const LocalState& state, Visit&& visit) const {
+    traverse_regular(state, [&](const Element& e) {
+      double force[N * d];
+      Law::template force<d>(e.x, e.p, force);
+      visit(e, force);
+    });
+  }
   /// visit(element, a, b, df_a/dx_b), rows of the block N d numbers apart.
   template <bool positive, class Visit>
   void traverse_tangents(const LocalState& state, Visit&& visit) const {
     double K[N * d * N * d];
-    traverse(state, [&](const Element& e) {
-      if (Law::template fault<d>(e.x, e.p)) return;
+    traverse_regular(state, [&](const Element& e) {
       Law::template tangent<d, positive>(e.x, e.p, K);
       for (int a = 0; a < N; ++a)
         for (int b = 0; b < N; ++b) visit(e, a, b, K + a * d * N * d + b * d);

@@ -226,26 +226,20 @@ void PairForcesOf<d, Damper>::stiffness_sizes(double t, const LocalState& state,
 
 /// f += df_i/dx_i (z_i - z_j) and the same of velocities, of the springs of particle i.
 template <int d, class Damper>
-template <class Spring>
 void PairForcesOf<d, Damper>::add_products(PetscInt i, const LocalState& state, const LocalState& z, double* f) const {
-  const Links& links = net_.links;
-  const double *y = state.at(i), *zi = z.at(i);
-  for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) {
-    if (links.spring[e] < 0) continue;
-    const LinkGeometry<d> g(y, state.at(links.other[e]));
-    const auto p = parameters<Spring>(links, e, state.time());
-    if (!Kernel<Spring>::defined(g, p)) continue;
+  const double* zi = z.at(i);
+  for_links(i, state, [&](auto kernel, PetscInt e, const LinkGeometry<d>& g, const auto& p) {
     double K[d * d] = {}, D[d * d] = {};
-    Kernel<Spring>::tangent(g, p, K, D);
-    if (const double more = condensed::correction<Kernel<Spring>, false>(state.tensions(), e, g, p); more != 0) {
+    kernel.tangent(g, p, K, D);
+    if (const double more = condensed::correction<decltype(kernel), false>(state.tensions(), e, g, p); more != 0) {
       double u[d];
       for (int c = 0; c < d; ++c) u[c] = g.dx[c] / g.length;
       add_tensor<d>(-more, more, u, K);
     }
-    const double* zj = z.at(links.other[e]);
+    const double* zj = z.at(net_.links.other[e]);
     for (int r = 0; r < d; ++r)
       for (int c = 0; c < d; ++c) f[r] += K[r * d + c] * (zi[c] - zj[c]) + D[r * d + c] * (zi[d + c] - zj[d + c]);
-  }
+  });
 }
 
 template <int d, class Damper>
@@ -255,7 +249,7 @@ void PairForcesOf<d, Damper>::multiply_tangent(double t, const LocalState& state
     double* fi = f + i * d;
     std::fill_n(fi, d, 0.0);
     if (net_.fixed[i]) continue;
-    with_law(law_[i], [&](auto law) { add_products<decltype(law)>(i, state, z, fi); });
+    add_products(i, state, z, fi);
     const double* zi = z.at(i);
     // a node block with sigma = 1 and without mass, for K and D apart
     double K[d * d] = {}, D[d * d] = {};
