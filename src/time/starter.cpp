@@ -4,28 +4,35 @@
 
 namespace bs {
 
-PetscErrorCode Starter::begin(TS ts, PetscInt order) {
+/// A solver whose solve is `solve` stands in the place of that of `ts`, which `own` keeps.
+static PetscErrorCode stand_in(TS ts, PetscErrorCode (*solve)(SNES, Vec), void* context, SNESHandle* own, SNESHandle* other) {
   SNES snes;
-  KSP ksp;
   DM dm;
+  PetscFunctionBegin;
+  PetscCall(TSGetSNES(ts, &snes));
+  PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(snes)));
+  *own->out() = snes;
+  PetscCall(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), other->out()));
+  PetscCall(SNESSetType(*other, SNESSHELL));
+  PetscCall(SNESShellSetContext(*other, context));
+  PetscCall(SNESShellSetSolve(*other, solve));
+  PetscCall(TSGetDM(ts, &dm));
+  PetscCall(SNESSetDM(*other, dm));
+  PetscCall(TSSetSNES(ts, *other));
+  PetscFunctionReturn(0);
+}
+
+PetscErrorCode Starter::begin(TS ts, PetscInt order) {
+  KSP ksp;
   Vec y;
   PetscFunctionBegin;
   ts_ = ts;
   columns_ = static_cast<int>(order) - 1;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(snes)));
-  *own_.out() = snes;
-  PetscCall(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), starting_.out()));
-  PetscCall(SNESSetType(starting_, SNESSHELL));
-  PetscCall(SNESShellSetContext(starting_, this));
-  PetscCall(SNESShellSetSolve(starting_, solve));
-  PetscCall(TSGetDM(ts, &dm));
-  PetscCall(SNESSetDM(starting_, dm));
-  PetscCall(SNESGetKSP(snes, &ksp));  // who asks for the linear solver of `ts` gets the one that works
+  PetscCall(stand_in(ts, solve, this, &own_, &starting_));
+  PetscCall(SNESGetKSP(own_, &ksp));  // who asks for the linear solver of `ts` gets the one that works
   PetscCall(SNESSetKSP(starting_, ksp));
   PetscCall(TSGetSolution(ts, &y));
   for (VecHandle* vec : {&before_, &rate_, &sum_}) PetscCall(VecDuplicate(y, vec->out()));
-  PetscCall(TSSetSNES(ts, starting_));
   PetscFunctionReturn(0);
 }
 
@@ -146,22 +153,11 @@ PetscErrorCode Replay::answer(SNES snes, Vec x) {
 }
 
 PetscErrorCode Replay::begin(TS ts) {
-  SNES snes;
-  DM dm;
   TSAdapt adapt;
   Vec y;
   PetscFunctionBegin;
   ts_ = ts;
-  PetscCall(TSGetSNES(ts, &snes));
-  PetscCall(PetscObjectReference(reinterpret_cast<PetscObject>(snes)));
-  *own_.out() = snes;
-  PetscCall(SNESCreate(PetscObjectComm(reinterpret_cast<PetscObject>(ts)), knowing_.out()));
-  PetscCall(SNESSetType(knowing_, SNESSHELL));
-  PetscCall(SNESShellSetContext(knowing_, this));
-  PetscCall(SNESShellSetSolve(knowing_, answer));
-  PetscCall(TSGetDM(ts, &dm));
-  PetscCall(SNESSetDM(knowing_, dm));
-  PetscCall(TSSetSNES(ts, knowing_));
+  PetscCall(stand_in(ts, answer, this, &own_, &knowing_));
   PetscCall(TSGetAdapt(ts, &adapt));
   PetscCall(TSAdaptSetAlwaysAccept(adapt, PETSC_TRUE));
   PetscCall(TSGetSolution(ts, &y));
