@@ -25,7 +25,7 @@ from cases import MESHES, SQUARE, cell, parts, sheet  # noqa: E402
 from copies import bound, found_alone, frames_alone, pooled, views  # noqa: E402
 from design import bent, designed, followed, followed_on_ranks, on_ranks, sensitivities, soft_beside_stiff  # noqa: E402
 from crossings import after_failures, followed_boxes, forces_in_no_file, from_equilibria, led, losses, removed, without_tangent  # noqa: E402
-from kept_promises import first_moments, images, load_factors, skewed, said_plainly, steps_of_loads, strained_boxes, where_motions_begin  # noqa: E402
+from paths_and_boxes import first_moments, images, load_factors, skewed, said_plainly, steps_of_loads, strained_boxes, where_motions_begin  # noqa: E402
 from shown import flowing_boxes, modes_about, read_only, solvers_that_ended, without_an_end  # noqa: E402
 from states import foreign_states, healed, histories, removed_for_good, restored, resumed, room  # noqa: E402
 from warned import flags, misspelt, so_many_modes, told_at_the_end, told_by_analyses, told_by_the_interpreter  # noqa: E402

@@ -302,24 +302,3 @@ class Lattice:
                 arrays.add_interactions(kind, given[name], np.stack([given["stiffness"], given["rest_angle"]], axis=1), given.get("shift", np.zeros(0, np.int64)),
                                         {key: given[key] for key in TURN_LIMITS if key in given})
         return arrays
-
-    @classmethod
-    def _of(cls, a: LatticeArrays) -> Lattice:
-        """Of what the extension has read."""
-        n, d, s = len(a.mass), a.dim, len(a.stiffness)
-        more: Dict[str, Any] = {}
-        if any(a.box[0]):
-            more.update(box=np.reshape(a.box[1], (d, d)), periodic=a.box[0], shift=a.shift.reshape(s, d) if a.shift.size else None)
-        particle, point, stiffness, rest_length, damping = a.anchors
-        if particle.size:
-            more["anchors"] = dict(particle=particle, point=point.reshape(-1, d), stiffness=stiffness, rest_length=rest_length, damping=damping)
-        for kind, (ends, parameter, shift, limits) in a.interactions.items():
-            name, count = INTERACTIONS[kind]
-            if ends.size:
-                more[kind] = {name: ends.reshape(-1, count), "stiffness": parameter[::2], "rest_angle": parameter[1::2], "shift": shift.reshape(len(ends) // count, -1) if shift.size else None, **limits}
-        return cls(a.position.reshape(n, d), a.springs.reshape(s, 2), stiffness=a.stiffness, rest_length=a.rest_length, damping=a.damping,
-                   area=a.area if a.area.size else None, mass=a.mass, velocity=a.velocity.reshape(n, d), fixed=a.fixed.astype(bool),
-                   groups={name: member.astype(bool) for name, member in a.groups.items()}, law=[a.laws[k] for k in a.law] if a.law.size else a.spring_law or "hooke",
-                   damping_law=a.damping_law or "axial", spring_columns=a.spring_columns, breaking=a.break_columns, parallel=True,
-                   particle_columns={name: v.reshape(n, -1) if v.size > n else v for name, v in a.particle_columns.items()},
-                   options={name[1:]: text for name, text in a.implied_options}, **more)
