@@ -7,7 +7,6 @@
 #include <cstring>
 #include <fstream>
 #include <new>
-#include <set>
 #include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 #include "base/collective.hpp"
-#include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"
 #include "base/options.hpp"

@@ -4,7 +4,6 @@
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "input/hdf5_layout.hpp"
-#include "input/remote.hpp"
 #include "lattice/spring_laws.hpp"
 #include "network/migrate.hpp"
 

@@ -3,7 +3,6 @@
 #include <array>
 #include <cinttypes>
 #include <cmath>
-#include <tuple>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/hash.hpp"

@@ -1,7 +1,6 @@
 #include <cinttypes>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "input/adjust.hpp"

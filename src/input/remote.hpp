@@ -1,8 +1,6 @@
 // A lattice as a whole on one rank, and the chunks of it that the ranks hold.
 #pragma once
 #include <petscsys.h>
-#include <cstdint>
-#include <vector>
 #include "lattice/lattice.hpp"
 #include "network/migrate.hpp"
 

@@ -5,7 +5,6 @@
 #include "base/memory.hpp"
 #include "input/adjust.hpp"
 #include "input/hdf5_layout.hpp"
-#include "input/remote.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/lattice.hpp"
 #include "lattice/lattice_arrays.hpp"

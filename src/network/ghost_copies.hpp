@@ -1,7 +1,6 @@
 // A number of every particle, with copies of those of ghosts.
 #pragma once
 #include <algorithm>
-#include <cstdint>
 #include <vector>
 #include "base/handle.hpp"
 #include "base/vec_array.hpp"

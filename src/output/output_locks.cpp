@@ -10,7 +10,6 @@
 #include <vector>
 #include "base/collective.hpp"
 #include "base/error.hpp"
-#include "base/find_file.hpp"
 #include "base/h5_handle.hpp"
 #include "base/option_names.hpp"
 #include "base/options.hpp"

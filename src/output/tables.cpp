@@ -1,7 +1,6 @@
 #include "output/tables.hpp"
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/vec_array.hpp"

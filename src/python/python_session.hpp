@@ -3,7 +3,6 @@
 #include <pybind11/functional.h>
 #include <pybind11/stl.h>
 #include <algorithm>
-#include <cmath>
 #include <csignal>
 #include <exception>
 #include <memory>

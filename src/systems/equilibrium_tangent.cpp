@@ -1,5 +1,4 @@
 // The tangent at an equilibrium with the shift that regularises it, and the direction of the loads.
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>

@@ -1,7 +1,6 @@
 // Derivatives of a quantity of an equilibrium by the numbers of its springs.
 #pragma once
 #include <petscts.h>
-#include <string>
 #include <vector>
 #include "systems/equilibrium.hpp"
 

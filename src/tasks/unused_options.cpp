@@ -4,7 +4,6 @@
 #include <map>
 #include <set>
 #include <string>
-#include <utility>
 #include "base/collective.hpp"
 #include "base/context.hpp"
 #include "base/error.hpp"

@@ -3,7 +3,6 @@
 #pragma once
 #include <petscts.h>
 #include <string>
-#include "base/rounding.hpp"
 #include "systems/model.hpp"
 
 namespace bs {

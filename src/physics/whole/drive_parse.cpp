@@ -6,7 +6,6 @@
 #include <cstdlib>
 
 #include "base/text.hpp"
-#include "physics/vector.hpp"
 
 namespace bs {
 

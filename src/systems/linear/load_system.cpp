@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include "base/collective.hpp"
 #include "base/error.hpp"

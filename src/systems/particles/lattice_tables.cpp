@@ -4,7 +4,6 @@
 #include "input/hdf5_layout.hpp"
 #include "lattice/columns.hpp"
 #include "lattice/spring_laws.hpp"
-#include "physics/interactions/registry.hpp"
 
 namespace bs {
 

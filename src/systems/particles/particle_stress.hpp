@@ -1,7 +1,6 @@
 // Stress times volume of single particles and of groups.
 #pragma once
 #include <petscvec.h>
-#include <string>
 #include <vector>
 #include "base/handle.hpp"
 #include "systems/particles/local_state.hpp"

@@ -4,7 +4,6 @@
 #include "base/options.hpp"
 #include "base/vec_array.hpp"
 #include "lattice/spring_laws.hpp"
-#include "systems/frame_rows.hpp"
 #include "systems/particles/spring_exists.hpp"
 
 namespace bs {

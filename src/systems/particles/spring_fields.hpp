@@ -1,6 +1,5 @@
 // Strain, tension and stress of every spring as fields of the trajectory, in the order of the input.
 #pragma once
-#include <string>
 #include <vector>
 #include "lattice/lattice.hpp"
 #include "systems/particles/spring_table.hpp"

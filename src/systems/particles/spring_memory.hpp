@@ -1,6 +1,5 @@
 // Internal variables of springs (plastic stretch, ...): written to frames and checkpoints, and restored.
 #pragma once
-#include <map>
 #include <string>
 #include <vector>
 #include "systems/model.hpp"

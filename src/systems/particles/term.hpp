@@ -1,7 +1,6 @@
 // A force on particles as one part of the sum that moves them: what every kind of force gives, and nothing of how it does so.
 #pragma once
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 #include "linalg/sparse_blocks.hpp"

@@ -1,7 +1,6 @@
 #include "tasks/statics/stability.hpp"
 #include <algorithm>
 #include "base/error.hpp"
-#include "linalg/condensed/condensed.hpp"
 #include "tasks/statics/saddle_point.hpp"
 #include "time/methods.hpp"
 

@@ -1,6 +1,4 @@
 #include "tasks/statics/static_run.hpp"
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include "base/error.hpp"
 #include "linalg/condensed/condensed.hpp"

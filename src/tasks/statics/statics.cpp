@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include "base/error.hpp"
-#include "base/option_names.hpp"
 #include "tasks/matrices.hpp"
 #include "tasks/statics/static_solver.hpp"
 

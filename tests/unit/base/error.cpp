@@ -2,7 +2,6 @@
 
 #include <petscksp.h>
 
-#include <memory>
 #include <vector>
 
 #include "base/context.hpp"

@@ -7,7 +7,6 @@
 #include <set>
 #include "base/collective.hpp"
 #include "base/hash.hpp"
-#include "input/remote.hpp"
 
 using namespace bs;
 using I = std::int64_t;

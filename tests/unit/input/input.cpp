@@ -2,13 +2,10 @@
 #include <hdf5.h>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <map>
 #include <random>
-#include <set>
 
 #include "base/find_file.hpp"
 #include "input/adjust.hpp"

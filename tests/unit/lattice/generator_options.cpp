@@ -1,7 +1,6 @@
 // Descriptions of lattices: how options fill them, and what is said of bad ones.
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cmath>
 #include <map>
 #include <set>
 #include <vector>

@@ -9,7 +9,6 @@
 #include "input/remote.hpp"
 #include "lattice/generator.hpp"
 #include "network/partition.hpp"
-#include "physics/pair/springs/registry.hpp"
 #include "systems/particles/linearised_forces.hpp"
 
 using namespace bs;

@@ -4,10 +4,8 @@
 #include <hdf5.h>
 #include <unistd.h>
 
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <limits>
 #include <sstream>
 
 #include "base/context.hpp"

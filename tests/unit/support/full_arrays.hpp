@@ -1,7 +1,6 @@
 // A lattice in memory with everything that one may hold, and whether two are the same.
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <random>
 #include <string>

@@ -1,9 +1,7 @@
 // A lattice made from options with what holds its particles and strains its box, and a state whose entries tell where they belong.
 #pragma once
 #include <petscvec.h>
-#include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "base/handle.hpp"
 #include "input/load.hpp"

@@ -6,14 +6,12 @@
 #include <functional>
 #include <memory>
 #include <string>
-#include <vector>
 #include "linalg/condensed/condensed.hpp"
 #include "options.hpp"
 #include "solvers/newton/search/energy.hpp"
 #include "spoken.hpp"
 #include "systems/equilibrium.hpp"
 #include "systems/layout.hpp"
-#include "time/implicit/solver_setup.hpp"
 #include "time/stepper.hpp"
 
 namespace bs {

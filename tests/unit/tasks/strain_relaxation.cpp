@@ -1,7 +1,6 @@
 // Flows of a box by changes of its components, which strains they are made of, and small systems of equations.
 #include "tasks/strain_relaxation.hpp"
 #include <catch2/catch.hpp>
-#include <cmath>
 
 using namespace bs;
 

@@ -1,6 +1,5 @@
 // Linear systems with the tangent of an equilibrium: by the run's solver and by factors, where the equilibrium is stable and where it is a saddle.
 #include "tasks/tangent_solve.hpp"
-#include <cmath>
 #include "base/vec_array.hpp"
 #include "static_case.hpp"
 

@@ -2,7 +2,6 @@
 // trajectories, checkpoints and the loops take names, parameters and history from these lists. Append: a law's place in the list
 // is part of the fingerprints in checkpoints.
 #pragma once
-#include <algorithm>
 #include <tuple>
 #include <utility>
 #include "lattice/spring_laws.hpp"

@@ -1,7 +1,6 @@
 // The periodic box in the course of time.
 #pragma once
 #include <petscvec.h>
-#include <map>
 #include <string>
 #include <vector>
 

@@ -1,6 +1,5 @@
 // What is given of the periodic box over time: -bs_box_strain, -bs_box_rate, -bs_box_stress.
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 
 #include "base/error.hpp"

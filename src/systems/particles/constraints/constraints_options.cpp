@@ -1,5 +1,4 @@
 // What is given of anchor points, groups and the box, and which particles it holds.
-#include <algorithm>
 #include "base/context.hpp"
 #include "base/error.hpp"
 #include "base/find_file.hpp"

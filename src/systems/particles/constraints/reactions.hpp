@@ -1,6 +1,5 @@
 // The forces that constraints exert on groups, and the work that what moves does.
 #pragma once
-#include <map>
 #include <string>
 #include <vector>
 

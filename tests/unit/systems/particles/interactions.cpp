@@ -1,6 +1,5 @@
 // The loops over interactions of several ends: products, storages, energies.
 #include <algorithm>
-#include <random>
 #include "condensed_case.hpp"
 #include "lattice/spring_laws.hpp"
 #include "systems/particles/terms.hpp"

@@ -1,8 +1,6 @@
 // The length of the next step: landing, cuts, growing back, free steps, a continued run.
 #include <catch2/catch.hpp>
 
-#include <cmath>
-
 #include "time/stepping/step_length.hpp"
 
 using namespace bs;

@@ -2,7 +2,6 @@
 #include "systems/particles/constraints/cell.hpp"
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <limits>
 #include "held_network.hpp"
 
 using namespace bs;
