@@ -88,6 +88,17 @@ class Model : public System {
   virtual bool linear() const { return false; }
   /// How many steps at the start are to be taken by backward Euler (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }
+  /// Collective. 1 in `marks`, a vector of states, where a state's derivative occurs, else 0. The others follow from them and from the time: error
+  /// control leaves them out. `marks` is not filled where `all` derivatives occur.
+  virtual PetscErrorCode mark_differential(Vec, bool* all) {
+    *all = true;
+    return 0;
+  }
+  /// Collective. What to change where no step from t [s] on is accepted; empty: what the method says.
+  virtual PetscErrorCode advice(double, std::string* text) {
+    text->clear();
+    return 0;
+  }
   /// Collective, after the first set-up of the linear solver: ends the run where its matrix, null if it has none, is singular.
   virtual PetscErrorCode check_solver(KSP) { return 0; }
 };

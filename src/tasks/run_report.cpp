@@ -32,7 +32,9 @@ PetscErrorCode Run::explain(TSConvergedReason reason, std::string* text) {
   }
   if (rejections.gave_up()) {
     const bool loads = hooks_.loads && !rejections.lacks_memory();
-    const std::string advice = loads ? "-snes_monitor -snes_linesearch_monitor show more" : rejections.advice();
+    std::string advice;
+    PetscCall(model_.advice(t, &advice));
+    if (advice.empty()) advice = loads ? "-snes_monitor -snes_linesearch_monitor show more" : rejections.advice();
     const std::string after = hooks_.loads ? format("the load step after %s %.10g", hooks_.clock, t) : format("the step after t = %.10g s", t);
     *text = format("%s was rejected %s, down to %s = %g%s, the last time because %s%s%s", after.c_str(),
                    how_many(rejections.in_a_row(), "time").c_str(), hooks_.loads ? "a step" : "h", rejections.last_attempt(),

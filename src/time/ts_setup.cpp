@@ -85,6 +85,8 @@ PetscErrorCode set_implicit(TS ts, Model& model, TSContext* context) {
   PetscCall(TSSetIJacobian(ts, context->operator_, context->matrix, form_jacobian, context));
   // without it PETSc starts each step, since 3.20, from the slope at the end of the one before, which no checkpoint has
   if (context->method->is(TSARKIMEX)) PetscCall(TSSetRHSFunction(ts, nullptr, no_rhs, nullptr));
+  // its midpoint form would carry a violation of algebraic equations on for ever: a source's jump, for one
+  if (model.linear() && context->method->is(TSTHETA)) PetscCall(TSThetaSetEndpoint(ts, PETSC_TRUE));
   PetscCall(TSGetSNES(ts, &snes));
   // Newton must earn its convergence by the residual, or by a whole step at rounding level; a line search that crawls
   // must not pass for it, as it would with PETSc's stol of 1e-8.
@@ -137,6 +139,12 @@ static PetscErrorCode plan_of(TS ts, const TSContext& context, Plan* plan) {
   plan->type = context.method->type();
   plan->method = context.method->words();
   plan->descriptor = context.method->descriptor >= context.method->order;
+  if (context.method->is(TSTHETA)) {
+    PetscBool ends;
+    PetscCall(TSThetaGetEndpoint(ts, &ends));
+    plan->descriptor = ends;
+    if (!ends) plan->method += " in its midpoint form (-ts_theta_endpoint false)";
+  }
   plan->even_ends = plan->type == TSBDF || context.method->is("verlet") || (context.implicit && theta == 0.5);
   plan->any_step = context.implicit && theta >= 0.5;
   plan->steps = std::min(static_cast<double>(most), (context.pace.end - start) / plan->step);

@@ -68,7 +68,8 @@ struct Tolerances {
 /// Reads the options.
 PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out);
 
-/// Collective. Applies them to `ts`, whose own tolerances are set. Ends the run with exit code 2 for a model without particles.
-PetscErrorCode set_tolerances(const Tolerances& tolerances, const Model& model, TS ts);
+/// Collective. Applies them to `ts`, whose own tolerances are set; states without a derivative have none. Ends the run with exit code 2 for a model
+/// without particles.
+PetscErrorCode set_tolerances(const Tolerances& tolerances, Model& model, TS ts);
 
 }  // namespace bs

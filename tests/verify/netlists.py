@@ -207,9 +207,32 @@ def by_name(checks, folder):
     checks.below("and is SPICE's", abs(states.value[-1, 1] - 5 * (1 - math.exp(-0.3))), 5e-3)
 
 
+def error_control(checks, folder):
+    """Adaptive steps go through the jumps of a source, with which states that have no derivative jump: v of an RC low-pass in closed form. Where states with a
+    derivative jump as well (two plates of a capacitor), the error names the source."""
+    jumps = "Jumps\nV1 in 0 PULSE(0 1 0.1 0 0 0.2 0.5)\nR1 in a 1\nC1 a 0 0.1\n"
+    for name, bound in (("bdf", 2e-3), ("rosw", 1e-3), ("beuler", 1e-2), ("cn", 1e-3)):
+        states = run(checks, folder, jumps, 0.01, 0.5, ts_type=name, ts_adapt_type="basic")
+        t = states.time
+        v = np.where(t < 0.1, 0, np.where(t < 0.3, 1 - np.exp(np.minimum(1 - 10 * t, 0)), (1 - math.exp(-2)) * np.exp(np.minimum(3 - 10 * t, 0))))
+        u = np.where((t >= 0.1) & (t < 0.3), 1, 0)
+        away = np.minimum(np.abs(t - 0.1), np.abs(t - 0.3)) > 1e-9
+        checks.below(f"{name}: the capacitor", np.abs(states.value[:, 1] - v).max(), bound)
+        checks.below(f"{name}: the source", np.abs(states.value[away, 0] - u[away]).max(), 1e-12)
+        checks.below(f"{name}: its current", np.abs(states.value[away, 2] + (states.value[away, 0] - states.value[away, 1])).max(), 1e-12)
+    (folder / "coupled.cir").write_text(jumps.replace("C1 a 0 0.1", "C1 a b 0.1\nR2 b 0 1"))
+    for ranks in (1, 3):
+        line = words({"bs_netlist": folder / "coupled.cir", "ts_type": "bdf", "ts_dt": 0.01, "ts_max_time": 0.5})
+        done = subprocess.run([*(["mpirun", "-n", str(ranks)] if ranks > 1 else []), checks.program, *line], cwd=folder, capture_output=True, text=True, env=environment(ranks))
+        checks.true(f"a jump that no step gets past, {ranks} ranks", done.returncode == 3 and "V1 jumps at t = 0.1 s" in done.stderr, done.stderr[-300:])
+    midpoint = words({"bs_netlist": folder / "coupled.cir", "ts_type": "theta", "ts_theta_endpoint": 0, "ts_dt": 0.01, "ts_max_time": 0.5})
+    done = subprocess.run([checks.program, *midpoint], cwd=folder, capture_output=True, text=True, env=environment(1))
+    checks.true("the midpoint form is refused where there are algebraic equations", done.returncode == 2 and "-ts_theta_endpoint" in done.stderr, done.stderr[-300:])
+
+
 def main():
     checks = Checks(__doc__)
-    for part in (low_pass, band_pass, sources, operating_point, from_conditions, by_name):
+    for part in (low_pass, band_pass, sources, operating_point, from_conditions, by_name, error_control):
         if checks.wants(part.__name__):
             with checks.group(part.__name__), tempfile.TemporaryDirectory() as folder:
                 part(checks, pathlib.Path(folder))

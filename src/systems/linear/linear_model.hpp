@@ -41,6 +41,8 @@ class LinearModel final : public Model {
   PetscErrorCode covers(double t_start, double t_end) override;
   void keep_sums(const Keeper& keep) override;
   PetscErrorCode last_fault(std::string* text) override;
+  PetscErrorCode mark_differential(Vec marks, bool* all) override;
+  PetscErrorCode advice(double t, std::string* text) override;
 
  private:
   /// What a matrix was last filled with.

@@ -90,9 +90,9 @@ static void follow_way(double from_time, double to_time, double from, double to,
 void Constraints::at(const Hold& hold, double t, double* x, double* v, double* a) const {
   double values[9] = {};
   const int d = net_->dim;
-  motions_[static_cast<std::size_t>(hold.motion)].drive.at(full_load_ ? 1.0 : t, net_->held.data() + static_cast<std::size_t>(hold.particle * d),
-                                                           values, values + 3, values + 6);
-  const std::uint8_t given = motions_[static_cast<std::size_t>(hold.motion)].drive.given();
+  const Drive& drive = motions_[static_cast<std::size_t>(hold.motion)].drive;
+  drive.at(full_load_ ? 1.0 : t, net_->held.data() + static_cast<std::size_t>(hold.particle * d), values, values + 3, values + 6);
+  const std::uint8_t given = drive.given();
   for (int c = 0; c < d && given != 0; ++c) {
     const Way& way = ways_[static_cast<std::size_t>(hold.motion)];
     const std::size_t k = static_cast<std::size_t>(hold.particle * d + c);
@@ -209,9 +209,8 @@ std::vector<Mechanics::GivenMotion> Constraints::given_motions() const {
 }
 
 std::string Constraints::given() const {
-  for (const Moved& one : motions_)
-    if (one.drive.given()) return "-bs_motion_" + names_[one.group];
-  return {};
+  const std::vector<Mechanics::GivenMotion> all = given_motions();
+  return all.empty() ? "" : "-bs_motion_" + all[0].group;
 }
 
 void Constraints::set_loads(const Loads& loads) {
