@@ -106,6 +106,7 @@ PetscErrorCode History::restore(TS ts, Model& model, const Checkpoint& file, std
   const Facts& run = file.run();
   const std::int64_t kept = run.whole_of("history_states");
   steps_ = run.whole_of("history_steps");
+  const bool missed = steps_ > 0 || run.whole.count("history_steps") == 0;  // a method at its start remembers nothing
   past_.clear();
   for (std::int64_t k = std::max<std::int64_t>(0, kept - static_cast<std::int64_t>(depth_)); k < kept; ++k) {
     const std::string name = "history_" + std::to_string(k);
@@ -120,8 +121,8 @@ PetscErrorCode History::restore(TS ts, Model& model, const Checkpoint& file, std
     PetscCall(VecDuplicate(y, half_.out()));
     PetscCall(file.read(model, "/history/half", half_));
   }
-  if (kind_ == Kind::acceleration) PetscCall(restore_acceleration(ts, model, file, missing));
-  if (kind_ == Kind::bdf && past_.size() < depth_ && !half_)
+  if (kind_ == Kind::acceleration && missed) PetscCall(restore_acceleration(ts, model, file, missing));
+  if (kind_ == Kind::bdf && missed && past_.size() < depth_ && !half_)
     *missing =
         "the checkpoint holds " + how_many(static_cast<std::int64_t>(past_.size()), "state") + format(" before the last, bdf needs %zu", depth_);
   if (!missing->empty() || past_.empty()) {

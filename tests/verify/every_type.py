@@ -76,7 +76,7 @@ def named_by_petsc(checks, kind):
 def options_of(method):
     kind, subtype = method
     o = {"ts_type": kind, **({OPTION[kind]: subtype} if subtype else {})}
-    return {**o, "ts_theta_theta": 0.5, "ts_theta_endpoint": 0} if kind == "theta" else o
+    return {**o, "ts_theta_theta": 0.5} if kind == "theta" else o
 
 
 class Lattice:
