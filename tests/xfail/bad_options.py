@@ -104,6 +104,10 @@ FILES = {
     "opts: more than PETSc holds": (option_file("".join(f"-x{k} 1\n" for k in range(600)), "o.opts"), "too many options: PETSc holds 512"),
     "yaml: more than PETSc holds": (option_file("".join(f"x{k}: 1\n" for k in range(600))), "too many options: PETSc holds 512"),
     "yaml: names an option file": (option_file("ts_dt: 1\noptions_file: o.opts\n"), "o.yaml line 2: PETSc reads no option file that a YAML file names"),
+    "yaml: an option twice": (option_file(GOOD_YAML + "# longer\nbs_lattice_size: 7\n"), "o.yaml line 5: 'bs_lattice_size' stands in line 2 already; write each option once"),
+    "yaml: an option twice, in other letters": (option_file(GOOD_YAML + "BS_lattice_size: 7\n"), "o.yaml line 4: 'BS_lattice_size' stands in line 2 already"),
+    "yaml: a name twice within two others": (option_file("ts: {max_steps: 1}\nbs:\n  lattice:\n    type: chain\n    size: 5\n    size: 7\n"), "o.yaml line 6: 'size' stands in line 5 already"),
+    "yaml: a mapping twice": (option_file("bs:\n  lattice: {type: chain, size: 5}\nbs:\n  stokes_drag: 1\nts_max_steps: 1\n"), "o.yaml line 3: 'bs' stands in line 1 already"),
     "yaml: an option under both its names": (option_file(GOOD_YAML + "ts_dt: 0.1\nts_time_step: 0.1\n"), "options -ts_dt and -ts_time_step are two names of one option: give one of them"),
     "opts: bytes": (option_file(bytes(range(1, 256)) * 3, "o.opts"), "o.opts line"),
 }
@@ -246,7 +250,8 @@ GOOD = {
     "good: YAML": option_file(GOOD_YAML),
     "good: YAML with nested names, lists, comments, flags": option_file(
         "# a chain\nbs:\n  lattice: {type: chain, size: 5, dim: 2}\n  gravity: [0, -9.81]\n  overwrite:\nts_max_steps: 1\n"),
-    "good: YAML, an option twice": option_file(GOOD_YAML + "bs_lattice_size: 7\n"),
+    "good: YAML, a name in several mappings": option_file("bs: {lattice: {type: chain, size: 5}}\nts: {max_steps: 1, type: cn}\nsnes: {type: newtonls}\n"),
+    "good: YAML, remarks of one name": option_file(GOOD_YAML + "$$remark: a chain\n$$remark: of five\n"),
     "good: opts": option_file("-bs_lattice_type chain # a comment\n-bs_lattice_size 5\n\n-ts_max_steps 1\n", "o.opts"),
     "good: opts that name another, twice": lambda folder: [(folder / "b.opts").write_text("-ts_max_steps 1\n"), *option_file(
         "-bs_lattice_type chain\n-bs_lattice_size 5\n-options_file b.opts\n-options_file b.opts\n", "o.opts")(folder)][1:],
