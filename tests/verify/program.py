@@ -5,6 +5,7 @@ import itertools
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -137,12 +138,23 @@ def knows(program, name):
     return name in subprocess.run(line, env=environment(1), capture_output=True, text=True, timeout=120).stdout.split()
 
 
+def miscounted(stdout, stderr, report, continued):
+    """What is wrong with how often a run says that it warned: the last line and the report agree, and nothing is printed that they leave out. A key may stand for several
+    lines; one that a run before had, for none."""
+    last = re.findall(r"^backspring: (?:ok|failed|stopped) .*?(?: warnings=(\d+))?$", stdout, re.M)
+    if report is None or not last:
+        return ""
+    printed, counted, named = len(re.findall("^backspring: warning: ", stderr, re.M)), int(last[-1] or 0), len(report.get("warnings", []))
+    good = counted == named and (counted > 0 or printed == 0) and (continued or printed >= counted)
+    return "" if good else f"{printed} warnings printed, {counted} in the last line, {report.get('warnings')} in the report: {stderr.strip()[-300:]}"
+
+
 def run(program, options, ranks=1, expect=0, timeout=600, interval=None, keep=(), grows=False):
     """Runs the program in a folder of its own and returns a Result.
 
     interval [s]: write a trajectory with that output interval. expect: the exit code, or None for any; another one
-    raises RunError with the end of what the program said; so does the warning of energy that grows without a drive, unless
-    `grows` (the run is meant to). keep: names of files it writes, returned as bytes.
+    raises RunError with the end of what the program said; so do warnings that are not counted, and that of energy that grows
+    without a drive, unless `grows` (the run is meant to). keep: names of files it writes, returned as bytes.
     """
     with tempfile.TemporaryDirectory(prefix="backspring_") as folder:
         folder = pathlib.Path(folder)
@@ -167,6 +179,8 @@ def run(program, options, ranks=1, expect=0, timeout=600, interval=None, keep=()
             files = {name: (folder / name).read_bytes() for name in keep}
         except (OSError, KeyError, ValueError) as why:
             raise RunError(f"unreadable result: {why!r} [{' '.join(command)}]") from None
+        if wrong := miscounted(done.stdout, done.stderr, report, "-bs_restart" in command):
+            raise RunError(f"{wrong} [{' '.join(command)}]")
         if expect == 0 and interval is not None and trajectory is None:
             raise RunError(f"no trajectory was written [{' '.join(command)}]")
         return Result(done.returncode, done.stdout, done.stderr, report, trajectory, files)
