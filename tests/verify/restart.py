@@ -261,5 +261,39 @@ def sidecars(checks, folder):
             checks.true(f"{name}: a file {kind} stays", (place / "r.h5md.xdmf").read_text() == text)
 
 
+def elsewhere(checks, folder):
+    """A run is gone on with from any folder: the names in its checkpoint are those of the folder in which it was begun, where its files stay."""
+    base = {"options_file": "in/o.yaml", "bs_lattice_file": "in/net.h5", "bs_force_top": "0,table:in/t.csv", "bs_output": "r.h5md", "bs_checkpoint": "c", "bs_progress_interval": -1}
+    x, pairs, _ = plate(4, 4)
+
+    def begun(name, **more):
+        place = folder / name
+        (place / "in").mkdir(parents=True)
+        with h5py.File(write_lattice(place / "in/net.h5", x, 1.0, fixed=x[:, 1] == x[:, 1].min(), pairs=pairs, stiffness=1.0, rest_length=1.0), "a") as f:
+            f["groups/top"] = np.flatnonzero(x[:, 1] == x[:, 1].max())
+        (place / "in/o.yaml").write_text("ts: {dt: 0.1, max_time: 2}\nbs_spring_law: strain\n")
+        (place / "in/t.csv").write_text("0,0\n3,0.5\n")
+        (place / "out").mkdir()
+        go(checks, place, {**base, **more})
+        return place
+
+    whole = begun("whole", ts_max_steps=MANY)
+    for name, parts in (("once", (("beside", MANY),)), ("three times", (("beside", 9), ("beside", 12), ("below/deep", MANY)))):
+        here = begun(name.replace(" ", "_"), ts_max_steps=5)
+        for k, (at, steps) in enumerate(parts):
+            (folder / at).mkdir(parents=True, exist_ok=True)
+            with checks.group(f"{name}, part {k + 1}"):
+                said = go(checks, folder / at, {"bs_restart": "../" * (1 + at.count("/")) + f"{here.name}/c", "ts_max_steps": steps}).stdout
+                frames, _ = rows(here / "r.h5md")
+                checks.true(f"{name}, part {k + 1}, from {at}: the trajectory goes on where it lies", frames == min(steps, 20) + 1 and not list((folder / at).iterdir()), said[-300:])
+        for file in ("r.h5md", "c"):
+            count, differ = differences(whole / file, here / file)
+            checks.true(f"continued from elsewhere {name}: {file} as without a stop", not differ, f"{count} entries; " + "; ".join(differ)[:600])
+    begun("apart", bs_checkpoint="out/c", ts_max_steps=5)
+    said = go(checks, folder / "beside", {"bs_restart": "../apart/out/c"}, expect=2).stderr
+    checks.true("a lattice that lies neither below this folder nor the checkpoint's: refused", "../apart/" in said and "give -bs_lattice_file again to read it all the same" in said, said)
+    go(checks, folder / "apart", {"bs_restart": "out/c"})
+
+
 if __name__ == "__main__":
-    run_parts(__doc__, (dynamics, statics, breaking, plastic, driven, form, sidecars))
+    run_parts(__doc__, (dynamics, statics, breaking, plastic, driven, form, sidecars, elsewhere))
