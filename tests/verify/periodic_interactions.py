@@ -195,6 +195,34 @@ def statics(checks, folder):
             checks.below(f"{name}, load step {row}: forces at rest", np.abs(net.slope(net.start())[:net.x.size]).max(), 1e-8 * net.k.max())
 
 
+def padded(checks, folder):
+    """A trajectory of the plane that is written in three columns, for viewers, is a lattice of the plane: its angles may be beyond pi, and it goes on as the one of two columns does."""
+    turn = np.cumsum(0.8 + 0.1 * np.sin(np.arange(6)))  # all to the left: angles of 2.3 or 4, as the rows of a triple are named
+    x = np.cumsum(np.column_stack([np.cos(turn), np.sin(turn)]), axis=0)
+    row = np.arange(4)
+    triples = {"triples": np.column_stack([row + 2, row + 1, row]), "stiffness": 2.0, "rest_angle": 4.2}
+    other = dict(triples, triples=triples["triples"][:, ::-1], rest_angle=2 * np.pi - 4.2)
+    chain = dict(mass=1.0, velocity=0.1 * x[::-1], pairs=np.column_stack([np.arange(5), np.arange(1, 6)]), stiffness=20.0, rest_length=1.0)
+    nets = {name: {"bs_lattice_file": write_lattice(folder / f"{name}.h5", x, angles=angles, **chain)} for name, angles in (("one way", triples), ("other way", other))}
+    nets.update(square=lattices(folder)["square"], row={"bs_lattice_type": "chain", "bs_lattice_size": 5, "bs_lattice_dim": 2, "bs_lattice_periodic": "x", "bs_lattice_perturbation": 0.1, "bs_angle_stiffness": 1})
+    start = {}
+    for name, net in nets.items():
+        for task in ("dynamics", "statics", "modes"):
+            found = {}
+            for pad in (None, 3):
+                first = checks.run({**net, "bs_task": task, **({"ts_dt": 0.02, "ts_max_time": 0.1} if task == "dynamics" else {}), "bs_output": "f.h5md", "bs_output_pad": pad}, keep=("f.h5md",))
+                file = folder / f"{name}_{task}_{pad}.h5md"
+                file.write_bytes(first.files["f.h5md"])
+                with h5py.File(file) as f:
+                    width = f["particles/trajectory/position/value"].shape[2]
+                then = checks.run({"bs_lattice_file": file, "ts_dt": 0.02, "ts_max_time": 0.1}, interval=0.02).trajectory
+                found[width] = [then.position, then.velocity, then.observables["elastic_energy"]]
+            same = sorted(found) == [2, 3] and all(a.shape == b.shape and np.array_equal(a, b) for a, b in zip(found[2], found[3]))
+            checks.true(f"{name}, {task}: the same from a padded trajectory", same, str({width: one[0].shape for width, one in found.items()}))
+            start[name] = float(found[2][2][0]) if task == "dynamics" else start[name]
+    checks.near("an angle beyond pi, and what it leaves of a turn, named the other way", start["one way"], start["other way"], 1e-12 * start["one way"])
+
+
 def lammps(checks, folder):
     """compute stress/atom shares the virial of an angle among its three particles, as here."""
     lmp = shutil.which("lmp")
@@ -224,4 +252,4 @@ run 0
 
 
 if __name__ == "__main__":
-    run_parts(__doc__, (dispersion, stresses, moduli, motions, statics, lammps))
+    run_parts(__doc__, (dispersion, stresses, moduli, motions, statics, padded, lammps))
