@@ -194,6 +194,8 @@ def so_many_modes():
     for call in (lambda: bs.modes(held, 10), lambda: bs.modes(held, bs_modes=10)):
         said = said_by(call)
         assert len(said) == 1 and "fewer than the 10" in said[0], said
+    said = said_by(lambda: found.append(bs.modes(free, count=100)))
+    assert len(said) == 1 and "fewer than the 100" in said[0] and len(found[-1]) == 3, said
     with tempfile.TemporaryDirectory() as folder:
         long.save(f"{folder}/net.h5")
         done = subprocess.run([PROGRAM, "-bs_task", "modes", "-bs_lattice_file", f"{folder}/net.h5"], capture_output=True, text=True, timeout=60)
