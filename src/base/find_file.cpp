@@ -69,12 +69,14 @@ PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string*
   Found& all = held_by<Found>(comm);
   PetscFunctionBegin;
   const PetscMPIInt rank = rank_of(comm);
-  if (rank == 0 && !name->empty() && (*name)[0] != '/' && !is_file(*name)) {
+  const std::string begun = folder_of_recalled(comm, option);
+  const bool moved = !begun.empty() && begun != ".";
+  if (rank == 0 && !name->empty() && (*name)[0] != '/' && (moved || !is_file(*name))) {
     std::vector<std::string> places = all.option_folders;
-    if (const std::string then = folder_of_recalled(comm, option); !then.empty()) places.insert(places.begin(), then);
+    places.insert(places.begin(), {moved ? begun : ".", "."});
     for (const std::string& folder : shared_folders()) places.insert(places.end(), {folder, folder + "/meshes"});
     for (auto place = places.rbegin(); place != places.rend(); ++place)
-      if (is_file(*place + "/" + *name)) found = *place + "/" + *name;
+      if (const std::string there = *place == "." ? *name : *place + "/" + *name; is_file(there)) found = there;
   }
   PetscCall(share_text(comm, &found));
   *name = found;

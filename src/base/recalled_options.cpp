@@ -12,12 +12,7 @@ namespace bs {
 
 namespace {
 
-struct Recalled {
-  std::string from, folder, written;  ///< from: the checkpoint; folder: of its run; written: the name as it stands in it
-  bool own;
-};
-
-using RecalledOptions = std::map<std::string, Recalled>;
+using RecalledOptions = std::map<std::string, RecalledOption>;
 
 struct LeftOut {
   std::string from, options;
@@ -40,8 +35,12 @@ bool lies_below(const std::filesystem::path& path, const std::filesystem::path& 
 
 }  // namespace
 
-void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, const std::string& folder, bool own) {
-  held_by<RecalledOptions>(comm)[lower(option)] = {from, folder, option, own};
+void note_recalled(MPI_Comm comm, const std::string& option, const RecalledOption& of) { held_by<RecalledOptions>(comm)[lower(option)] = of; }
+
+std::string value_to_save(MPI_Comm comm, const std::string& option, const std::string& value) {
+  const RecalledOptions& recalled = held_by<RecalledOptions>(comm);
+  const auto at = recalled.find(lower(option));
+  return at != recalled.end() && at->second.own ? at->second.value : value;
 }
 
 bool is_recalled(MPI_Comm comm, const std::string& option) { return held_by<RecalledOptions>(comm).count(lower(option)) > 0; }

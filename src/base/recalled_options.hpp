@@ -6,9 +6,17 @@
 
 namespace bs {
 
-/// Local. From now on `option` (with its dash, in any case) counts as brought by the checkpoint `from`, of a run that was started in `folder`. `own`:
-/// it names the trajectory or the checkpoint that this run goes on with.
-void note_recalled(MPI_Comm comm, const std::string& option, const std::string& from, const std::string& folder, bool own);
+struct RecalledOption {
+  std::string from, folder;    ///< the checkpoint, and where its run was started
+  std::string written, value;  ///< as they stand in it
+  bool own;                    ///< it names the trajectory or the checkpoint that this run goes on with
+};
+
+/// Local. From now on `option` (with its dash, in any case) counts as brought by a checkpoint.
+void note_recalled(MPI_Comm comm, const std::string& option, const RecalledOption& of);
+
+/// Local. The value of `option` for the next checkpoint: a file of the run's own keeps the name it had where the run was started, as all others do.
+std::string value_to_save(MPI_Comm comm, const std::string& option, const std::string& value);
 
 /// Local. Whether a checkpoint brought it, and the folder in which the run of that checkpoint was started; empty if none brought it.
 bool is_recalled(MPI_Comm comm, const std::string& option);

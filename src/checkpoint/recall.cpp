@@ -154,7 +154,7 @@ PetscErrorCode recall_options(MPI_Comm comm) {
       continue;
     }
     PetscCall(PetscOptionsSetValue(nullptr, key.c_str(), value.empty() ? nullptr : value.c_str()));
-    note_recalled(comm, key, file, folder, names_own_file(lower(name)));
+    note_recalled(comm, key, {file, folder, key, checkpoint.options()[k].second, names_own_file(lower(name))});
   }
   PetscFunctionReturn(0);
 }

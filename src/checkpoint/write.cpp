@@ -5,6 +5,7 @@
 #include "base/find_file.hpp"
 #include "base/hash.hpp"
 #include "base/option_names.hpp"
+#include "base/recalled_options.hpp"
 #include "base/version.hpp"
 #include "checkpoint/checkpoint.hpp"
 #include "output/fresh_file.hpp"
@@ -92,7 +93,7 @@ PetscErrorCode write_facts(hid_t file, Model& model, const Facts& run) {
   for (const auto& [name, value] : run.text) PetscCall(put_text(group, name.c_str(), value));
   PetscCall(options_in_force(&options));
   for (const auto& [name, value] : options)
-    if (!of_this_run_only(name)) table.text[name] = value;
+    if (!of_this_run_only(name)) table.text[name] = value_to_save(model.comm(), "-" + name, value);
   PetscCall(write_options(file, model.comm(), table));
   PetscCall(put_attribute(root, "run_checksum", checksum(run)));
   PetscCall(put_attribute(root, "options_checksum", checksum(table)));

@@ -48,7 +48,7 @@ std::string fault_of_node(yaml_document_t* document, const yaml_node_t& node, bo
       return at(key) + "'" + name + "': names stand without their dash; write '" + name.substr(dashes) + ": value'";
     if (name.rfind("options_file", 0) == 0) return at(key) + "PETSc reads no option file that a YAML file names; name it on the command line";
     const auto [first, once] = lines.try_emplace(lower(name), key.start_mark.line + 1);
-    if (!once && name.rfind("$$", 0) != 0)  // PETSc's mark of remarks
+    if (!once && name != "<<" && name.rfind("$$", 0) != 0)  // mappings that are merged; PETSc's mark of remarks
       return at(key) + "'" + name + format("' stands in line %zu already; write each option once", first->second);
     const std::string fault = fault_of_node(document, *yaml_document_get_node(document, pair->value), false, levels - 1, budget);
     if (!fault.empty()) return fault;

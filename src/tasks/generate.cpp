@@ -79,7 +79,7 @@ PetscErrorCode write_file(MPI_Comm comm, const std::string& file, bool overwrite
 }
 
 PetscErrorCode report(MPI_Comm comm, const OutputSettings& settings, const Lattice& l, const std::vector<std::pair<std::string, std::int64_t>>& parts,
-                      double wall) {
+                      double wall, const std::vector<std::string>& warnings) {
   Report report;
   PetscFunctionBegin;
   const PetscMPIInt size = size_of(comm);
@@ -95,6 +95,7 @@ PetscErrorCode report(MPI_Comm comm, const OutputSettings& settings, const Latti
     report.set(key, count);
   }
   report.set("wall", wall);
+  report.set("warnings", warnings);
   PetscCall(report.write(comm, settings.report, settings.trajectory.overwrite));
   PetscFunctionReturn(0);
 }
@@ -115,6 +116,7 @@ PetscErrorCode write_lattice(MPI_Comm comm, const Lattice* given) {
   OutputLocks locks;
   Lattice lattice;
   LatticeFile file;
+  const Warnings warnings(comm);
   std::vector<std::pair<std::string, std::int64_t>> parts;
   PetscFunctionBegin;
   if (is_given("-bs_checkpoint") || is_given("-bs_restart"))
@@ -136,8 +138,8 @@ PetscErrorCode write_lattice(MPI_Comm comm, const Lattice* given) {
   PetscCall(take_file(comm, &lattice, &file));
   set_phase(comm, Exit::io);
   PetscCall(write_file(comm, name, options.output.trajectory.overwrite, file));
-  PetscCall(report(comm, options.output, lattice, parts, progress.wall()));
-  progress.header({"backspring: ok lattice=" + name + format(" wall=%.3f", progress.wall())});
+  PetscCall(report(comm, options.output, lattice, parts, progress.wall(), warnings.keys()));
+  progress.header({"backspring: ok lattice=" + name + format(" wall=%.3f", progress.wall()) + counted(warnings.keys().size())});
   PetscFunctionReturn(0);
 }
 

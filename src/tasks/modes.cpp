@@ -206,6 +206,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* equilib
   PetscCall(lock_outputs(model->comm(), options, &locks));
   std::unique_ptr<Model> there;
   VecHandle y;
+  Facts warnings;
   double time = 0;
   if (about == 1) {
     FoundEquilibrium found;
@@ -213,12 +214,13 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* equilib
         equilibrium ? return_to_equilibrium(std::move(model), *equilibrium, &found) : find_equilibrium(std::move(model), options, &found, exit_code);
     if (code != 0 || *exit_code != 0) {
       if (!found.y) PetscFunctionReturn(code);
-      ModesRun run(*found.model, options, request, found.factor, found.y);
+      ModesRun run(*found.model, options, request, found.factor, found.y, found.warnings);
       PetscCall(run.give_up(found.outcome, found.why));
       PetscFunctionReturn(code);
     }
     there = std::move(found.model);
     y = std::move(found.y);
+    warnings = std::move(found.warnings);
     time = found.factor;
   } else {
     PetscCall(refuse_box_stress(*model, "-bs_modes_about start"));
@@ -233,7 +235,7 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* equilib
   PetscCall(SlepcInitialized(&others));
   PetscCall(SlepcInitialize(nullptr, nullptr, nullptr, nullptr));
   {
-    ModesRun run(*there, options, request, time, y);
+    ModesRun run(*there, options, request, time, y, warnings);
     PetscCall(run.run());
     if (result) PetscCall(run.copy_results(result));
   }

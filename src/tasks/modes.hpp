@@ -24,15 +24,17 @@ PetscErrorCode run_modes(std::unique_ptr<Model> model, const SavedState* about, 
 
 class ModesRun {
  public:
-  /// `y`: the state linearised at, at rest; it must outlive the object.
-  ModesRun(Model& model, const RunOptions& options, const ModeRequest& request, double time, Vec y)
+  /// `y`: the state linearised at, at rest; it must outlive the object. `warnings`: those of the way there.
+  ModesRun(Model& model, const RunOptions& options, const ModeRequest& request, double time, Vec y, const Facts& warnings)
       : model_(model),
         options_(options),
         request_(request),
         progress_(model.comm(), options.output.progress_interval),
         warnings_(model.comm()),
         y_(y),
-        time_(time) {}
+        time_(time) {
+    warnings_.restore(warnings);
+  }
   PetscErrorCode run();
   /// Collective. omega^2, shapes and what is known of them.
   PetscErrorCode copy_results(Result* out);

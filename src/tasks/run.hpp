@@ -86,6 +86,7 @@ class Run {
   /// Simulated time between frames [s]; 0: a frame at every step.
   double output_interval() const { return options_.step.output_interval; }
   const RunCounts& counts() const { return stepper_->counts(); }
+  PetscErrorCode save_warnings(Facts* out) const { return warnings_.save(out); }
   /// The signal that ended it; 0: none did.
   int signal() const { return stepper_->signal(); }
   /// Within on_step and on_frame: go_on returns after the present step.

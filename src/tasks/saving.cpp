@@ -3,6 +3,7 @@
 #include "base/collective.hpp"
 #include "base/error.hpp"
 #include "base/options.hpp"
+#include "base/recalled_options.hpp"
 #include "output/h5.hpp"
 #include "output/output_locks.hpp"
 #include "systems/mechanics.hpp"
@@ -62,7 +63,7 @@ PetscErrorCode save_run(Model& model, const Stepper& stepper, TS ts, Vec y, cons
   Facts run = facts;
   std::vector<NamedState> states;
   PetscFunctionBegin;
-  run.text["trajectory"] = trajectory;
+  run.text["trajectory"] = value_to_save(model.comm(), "-bs_output", trajectory);
   run.whole["frames"] = mark.frames;
   run.whole["log_rows"] = mark.log_rows;
   run.real["last_frame_time"] = mark.last_time;

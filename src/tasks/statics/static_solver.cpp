@@ -59,6 +59,7 @@ PetscErrorCode StaticSolver::run(int* exit_code) {
   PetscCall(run_->set_up());
   const PetscErrorCode code = run_->advance(exit_code);
   found_.counts = run_->counts();
+  PetscCall(run_->save_warnings(&found_.warnings));
   PetscFunctionReturn(code);
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <vector>
+#include "base/facts.hpp"
 #include "base/handle.hpp"
 #include "systems/equilibrium.hpp"
 #include "systems/model.hpp"
@@ -31,6 +32,7 @@ struct FoundEquilibrium {
   std::string outcome, why;             ///< as in a report; under -help empty
   std::vector<Observable> observables;  ///< of that equilibrium
   RunCounts counts;
+  Facts warnings;  ///< Warnings::save() of the way there
 };
 
 /// Collective. The equilibrium of the task statics without files. One that is not found ends in ERR_FAILED, too; `out` is filled all the same.
