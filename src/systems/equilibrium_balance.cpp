@@ -31,7 +31,7 @@ PetscErrorCode Equilibrium::roundings(double s) {
   const Layout at = own_->layout();
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
   PetscFunctionBegin;
-  PetscCall(own_->force_magnitudes(s, rest_, size.data()));
+  PetscCall(own_->force_magnitudes(s, rest_, 0, size.data()));
   rounding_.resize(static_cast<std::size_t>(at.particles));
   for (PetscInt i = 0; i < at.particles; ++i)
     rounding_[static_cast<std::size_t>(i)] = 2 * PETSC_MACHINE_EPSILON * norm_of(size.data() + i * at.dim, at.dim);

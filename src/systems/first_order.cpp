@@ -135,7 +135,7 @@ PetscErrorCode FirstOrder::residual_floor(double t, Vec y, double sigma, Form fo
   *floor = {0, 0};
   PetscFunctionBegin;
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim));
-  PetscCall(own_->force_magnitudes(t, y, size.data()));
+  PetscCall(own_->force_magnitudes(t, y, sigma, size.data()));
   rounding_.assign(static_cast<std::size_t>(at.particles), 0.0);
   const ReadArray ay(y);
   for (PetscInt i = 0; i < at.particles; ++i)

@@ -57,13 +57,15 @@ class FirstOrderTangent final : public Tangent {
   }
   PetscErrorCode change_of_force(Vec z);
   PetscErrorCode damp(const std::vector<double>& a, std::vector<double>* damping);
+  PetscErrorCode choose_unknown(const std::vector<double>& a);
   double row_of_v(double m, double zx, double zv) const { return m * (static_ ? shift_ * zx : inertia_ * sigma_ * zv); }
   double scale(double m) const { return form_ == Form::momentum ? 1.0 : 1.0 / m; }
   Linearisation& own_;
   double sigma_ = 1, inertia_ = 1, shift_ = 0;
   double size_ = 0, speed_ = 0;  ///< largest sigma |x| and |v| of this rank at the state [m/s]
   bool static_ = false;
-  VecHandle places_;  ///< room
+  bool by_velocity_ = false;  ///< the condensed unknown is z_v
+  VecHandle places_;          ///< room
   Form form_ = Form::momentum;
   std::vector<double> force_;
 };
@@ -95,6 +97,8 @@ class FirstOrder : public Model {
   Vec initial_state() const override { return own_->initial_state(); }
   std::vector<std::string> describe() const override { return own_->describe(); }
   bool time_dependent() const override { return own_->time_dependent(); }
+  Knot next_knot(double from, double to) const override { return own_->next_knot(from, to); }
+  void set_sides(const Sides& sides) override { own_->set_sides(sides); }
   std::vector<Tally> tallies() const override { return own_->tallies(); }
   Breaks* breaks() override { return own_->breaks(); }
   bool begins_steps() const override { return own_->begins_steps(); }

@@ -147,7 +147,37 @@ PetscErrorCode FirstOrderTangent::damp(const std::vector<double>& a, std::vector
   PetscFunctionReturn(0);
 }
 
-// b = r_v + (mu M - D) a; of an equilibrium r_v
+/// Collective. Of S w = r_v + (mu M - D) a and S z_v = r_v + K a/sigma the one with less on its right side: what it adds to r_v is then in force_.
+PetscErrorCode FirstOrderTangent::choose_unknown(const std::vector<double>& a) {
+  const Layout& at = own_.layout();
+  double square[2] = {0, 0};
+  PetscFunctionBegin;
+  by_velocity_ = false;
+  if (static_ || !own_.damps()) PetscFunctionReturn(0);
+  if (!places_) PetscCall(VecDuplicate(own_.state_vector(), places_.out()));
+  {
+    const WriteArray places(places_);
+    for (PetscInt i = 0; i < at.particles; ++i)
+      for (PetscInt c = 0; c < at.dim; ++c) {
+        places[at.x(i, c)] = a[i * at.dim + c];
+        places[at.v(i, c)] = 0;
+      }
+  }
+  std::vector<double> stiff(a.size());
+  PetscCall(own_.change_of_force(places_, stiff.data()));
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    const double damped = inertia_ * sigma_ * own_.masses()[k / static_cast<std::size_t>(at.dim)] * a[k] - force_[k];
+    square[0] += damped * damped;
+    stiff[k] /= sigma_;
+    square[1] += stiff[k] * stiff[k];
+  }
+  PetscCall(sum_over_ranks(comm(), square, 2));
+  by_velocity_ = square[1] < square[0];
+  if (by_velocity_) force_.swap(stiff);
+  PetscFunctionReturn(0);
+}
+
+// b = r_v + (mu M - D) a, or r_v + K a/sigma; of an equilibrium r_v
 PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   const Layout& at = own_.layout();
   const PetscInt d = at.dim;
@@ -158,10 +188,12 @@ PetscErrorCode FirstOrderTangent::condense(Vec r, Vec b) {
   for (PetscInt i = 0; i < at.particles && !static_; ++i)
     for (PetscInt c = 0; c < d; ++c) a[i * d + c] = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
   PetscCall(damp(a, &force_));
+  PetscCall(choose_unknown(a));
   const WriteArray ab(b);
   for (PetscInt i = 0; i < at.particles; ++i) {
     const double m = masses[i], scale = form_ == Form::momentum ? 1.0 : m;
-    for (PetscInt c = 0; c < d; ++c) ab[i * d + c] = scale * ar[at.v(i, c)] + inertia_ * sigma_ * m * a[i * d + c] - force_[i * d + c];
+    for (PetscInt k = i * d, c = 0; c < d; ++c, ++k)
+      ab[k] = scale * ar[at.v(i, c)] + (by_velocity_ ? force_[k] : inertia_ * sigma_ * m * a[k] - force_[k]);
   }
   PetscFunctionReturn(0);
 }
@@ -176,7 +208,7 @@ PetscErrorCode FirstOrderTangent::stiffness_sizes(Vec s) {
   PetscFunctionReturn(0);
 }
 
-// z_x = w/sigma,   z_v = w - a
+// z_x = w/sigma,   z_v = w - a;   with z_v for w: z_x = (w + a)/sigma
 PetscErrorCode FirstOrderTangent::expand(Vec r, Vec w, Vec z) {
   const Layout& at = own_.layout();
   const PetscInt d = at.dim;
@@ -187,8 +219,8 @@ PetscErrorCode FirstOrderTangent::expand(Vec r, Vec w, Vec z) {
   for (PetscInt i = 0; i < at.particles; ++i)
     for (PetscInt c = 0; c < d; ++c) {
       const double a = ar[at.x(i, c)] / (form_ == Form::momentum ? masses[i] : 1.0);
-      az[at.x(i, c)] = aw[i * d + c] / sigma_;
-      az[at.v(i, c)] = aw[i * d + c] - a;
+      az[at.x(i, c)] = (by_velocity_ ? aw[i * d + c] + a : aw[i * d + c]) / sigma_;
+      az[at.v(i, c)] = by_velocity_ ? aw[i * d + c] : aw[i * d + c] - a;
     }
   PetscFunctionReturn(0);
 }

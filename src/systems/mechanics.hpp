@@ -34,6 +34,8 @@ class Linearisation : public Pencil {
   virtual void forget_tensions() {}
   /// Collective. f = D w exactly; w, f: (n, d).
   virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
+  /// Whether links damp; the same on every rank.
+  virtual bool damps() const { return false; }
   /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.
   virtual bool exact_symmetric() const = 0;
   /// Whether df/dx is symmetric where nothing moves.
@@ -152,7 +154,7 @@ class Mechanics : public System {
   virtual PetscErrorCode force(double t, Vec y, const double** f) = 0;
   /// Collective. size: (n, d), magnitudes that add up to the force on each particle and may cancel: rounding errors of the
   /// force are this times the machine's precision [N].
-  virtual PetscErrorCode force_magnitudes(double t, Vec y, double* size) = 0;
+  virtual PetscErrorCode force_magnitudes(double t, Vec y, double sigma, double* size) = 0;
   /// Collective. At each owned particle, held ones included [N]. inner: sizes of the forces between particles, added up; outer: the largest of what
   /// anchors and fields exert, and of the force that holds it.
   virtual PetscErrorCode force_sizes(double t, Vec y, std::vector<double>* inner, std::vector<double>* outer) = 0;

@@ -34,10 +34,8 @@ struct Plan {
   std::string type = {};   ///< the TS type's name
   std::string method;      ///< the options that choose the method
   bool descriptor = true;  ///< whether the method keeps its order where C is singular
-  /// Whether the steps on both sides of a time count alike what is given there: sources and forces that jump then have the mean of both sides, by
-  /// which the method keeps its order 2.
-  bool even_ends = false;
-  bool any_step = true;  ///< whether the method is stable at any step length: explicit types and theta below 1/2 are not
+  bool adaptive = false;   ///< whether an error estimate chooses the steps
+  bool any_step = true;    ///< whether the method is stable at any step length: explicit types and theta below 1/2 are not
 };
 
 /// A system of differential equations F(t, y, y') = 0 with its explicit form y' = G(t, y).
@@ -86,7 +84,7 @@ class Model : public System {
 
   /// Whether F is linear in y and y': one linear solve a step is then enough.
   virtual bool linear() const { return false; }
-  /// How many steps at the start are to be taken by backward Euler (types of the theta family).
+  /// How many steps are to be taken by backward Euler at the start, and after what stopped the method's memory (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }
   /// Collective. 1 in `marks`, a vector of states, where a state's derivative occurs, else 0. The others follow from them and from the time: error
   /// control leaves them out. `marks` is not filled where `all` derivatives occur.

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 #include "base/facts.hpp"
+#include "base/knots.hpp"
 #include "lattice/columns.hpp"
 
 namespace bs {
@@ -127,6 +128,10 @@ class System {
   virtual std::vector<std::string> describe() const = 0;
   /// Whether its forces or sources depend on t otherwise than through the state.
   virtual bool time_dependent() const { return false; }
+  /// The first time in (from, to] at which what is given over time is seen to jump or bend, the same on every rank; a later one counts as none.
+  virtual Knot next_knot(double, double) const { return {}; }
+  /// From now on what is given has these sides at its knots.
+  virtual void set_sides(const Sides&) {}
   virtual std::vector<Tally> tallies() const { return {}; }
 
   /// Whether forces may be others in every step, by begin_step().

@@ -95,7 +95,7 @@ PetscErrorCode ModesRun::measure_forces() {
   PetscCall(model_.last_fault(&fault));
   if (!fault.empty()) PetscCall(fail(model_.comm(), Exit::input, "option -bs_task modes: this state has no stiffness: " + fault));
   std::vector<double> size(static_cast<std::size_t>(at.particles * at.dim), 0.0);
-  PetscCall(mechanics.force_magnitudes(time_, y_, size.data()));
+  PetscCall(mechanics.force_magnitudes(time_, y_, 0, size.data()));
   for (const double s : size) most[1] = std::max(most[1], s);
   PetscCall(max_over_ranks(model_.comm(), most, 2));
   largest_force_ = most[0];

@@ -75,6 +75,12 @@ PetscErrorCode History::end_step(TS ts) {
   PetscFunctionReturn(0);
 }
 
+void History::forget() {
+  past_.clear();
+  half_ = {};
+  steps_ = 0;
+}
+
 bool History::in_starting_procedure() const { return kind_ == Kind::bdf && depth_ > 2 && steps_ + 2 < static_cast<std::int64_t>(depth_); }
 
 Vec History::before_last(double* step) const {

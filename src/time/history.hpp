@@ -20,6 +20,8 @@ class History {
   PetscErrorCode begin_step(TS ts);
   /// Collective. After a good step.
   PetscErrorCode end_step(TS ts);
+  /// After a good step: the method starts without history.
+  void forget();
   /// Before a stage at `time`.
   void before_stage(double time) { starter_.aim(time); }
   /// Collective. After a stage was solved for; of this attempt.

@@ -34,7 +34,7 @@ constexpr const char* EXTRAPOLATED = "its first steps by extrapolated backward E
 constexpr const char* LOOKS_BACK = "not where F depends on time";  // a stage at t - 2 h: refused
 
 // Types with an explicit stage read F as y' - G: they need the velocity form, F divided by M or C, which a singular C
-// does not allow.
+// does not allow. The estimates of ra3pw and lassp3p4s2c are 0 where F is linear, which makes them none.
 constexpr Method METHODS[] = {
     // type  subtype   form  order descriptor estimate remark
     {&BEULER, "", MOMENTUM, 1, 1, true, ""},
@@ -51,12 +51,12 @@ constexpr Method METHODS[] = {
     {&ROSW, "theta2", MOMENTUM, 2, 2, false, ""},
     {&ROSW, "2m", MOMENTUM, 2, 2, true, ""},
     {&ROSW, "2p", MOMENTUM, 2, 2, true, ""},
-    {&ROSW, "ra3pw", MOMENTUM, 3, 3, true, ""},
+    {&ROSW, "ra3pw", MOMENTUM, 3, 3, false, ""},
     {&ROSW, "ra34pw2", MOMENTUM, 3, 3, true, ""},
     {&ROSW, "rodas3", MOMENTUM, 3, 3, true, ""},
     {&ROSW, "sandu3", MOMENTUM, 3, 3, true, ""},
     {&ROSW, "assp3p3s1c", VELOCITY, 3, 0, true, ""},
-    {&ROSW, "lassp3p4s2c", VELOCITY, 3, 0, true, ""},
+    {&ROSW, "lassp3p4s2c", VELOCITY, 3, 0, false, ""},
     {&ROSW, "llssp3p4s2c", VELOCITY, 3, 0, true, ""},
     {&ROSW, "ark3", VELOCITY, 3, 0, true, ""},
     {&ROSW, "grk4t", MOMENTUM, 4, 4, true, LOOKS_BACK},

@@ -42,7 +42,20 @@ PetscErrorCode Stepper::attach(TS ts) {
   length_ = StepLength(options_.length, nominal, adaptive, adaptive && context_.method->remembers(Memory::theta));
   schedule_ = WallSchedule(options_.save_minutes, options_.flush_seconds, MPI_Wtime());
   good_time_ = start;
+  PetscCall(set_sides(ts));
   PetscCall(check_start(ts, start, length_.first_attempt()));
+  PetscFunctionReturn(0);
+}
+
+// A method for which the end of a step counts alike in the steps on both sides keeps its order 2 where functions of time jump, if they have the mean
+// of both sides there. Steps under error control end at such times, with the side to the left.
+PetscErrorCode Stepper::set_sides(TS ts) {
+  PetscReal theta;
+  PetscFunctionBegin;
+  PetscCall(theta_of(ts, &theta));
+  const bool even = context_.method->is(TSBDF) || context_.method->is("verlet") || (context_.implicit && theta == 0.5);
+  if (even && !length_.adaptive()) sides_.even_after = good_time_;
+  model_.set_sides(sides_);
   PetscFunctionReturn(0);
 }
 
@@ -78,7 +91,6 @@ PetscErrorCode Stepper::before_stage(TS ts, PetscReal time) {
 
 PetscErrorCode Stepper::begin_step(TS ts) {
   PetscReal time;
-  PetscInt step;
   Vec y;
   PetscFunctionBegin;
   if (on_begin_) PetscCall(std::exchange(on_begin_, nullptr)());
@@ -95,8 +107,7 @@ PetscErrorCode Stepper::begin_step(TS ts) {
   PetscCall(begin_attempt(ts, length_.planned(), y));
   // below the rounding errors of the residual no iteration can get
   if (context_.implicit) PetscCall(context_.newton.estimate_floor(1.0 / length_.planned()));
-  PetscCall(TSGetStepNumber(ts, &step));
-  PetscCall(reuse_.before_step(ts, step, length_.planned()));
+  PetscCall(reuse_.before_step(ts, history_.steps(), length_.planned()));
   PetscCall(history_.begin_step(ts));
   PetscFunctionReturn(0);
 }
@@ -119,9 +130,15 @@ PetscErrorCode Stepper::plan_length(TS ts) {
   PetscFunctionBegin;
   PetscCall(TSGetTime(ts, &time));
   PetscCall(TSGetTimeStep(ts, &proposed));
-  length_.plan(time, clock_.next(time), proposed, history_.steps() == 0);
+  const double output = clock_.next(time);
+  // as far as a step of the proposed length may go, or two that share the way
+  knot_ = length_.adaptive() ? model_.next_knot(time, std::min(output, time + 2 * std::max(proposed, options_.length.least))) : Knot{};
+  if (knot_.is(output)) knot_.time = output;
+  length_.plan(time, std::min(output, knot_.time), proposed, history_.steps() == 0);
   if (length_.shortened()) counter_.add_shortened();
   PetscCall(TSSetTimeStep(ts, length_.planned()));
+  if (knot_.time > output || !length_.has_landed(time + length_.planned())) knot_ = {};
+  else model_.set_sides({sides_.even_after, knot_.time, sides_.right_at});
   PetscFunctionReturn(0);
 }
 

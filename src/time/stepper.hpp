@@ -88,7 +88,9 @@ class Stepper {
   static Stepper& of(TS ts);
   PetscErrorCode before_stage(TS ts, PetscReal time);
   PetscErrorCode begin_step(TS ts);
+  PetscErrorCode set_sides(TS ts);
   PetscErrorCode plan_length(TS ts);
+  PetscErrorCode leave_knot(TS ts, double time);
   PetscErrorCode begin_attempt(TS ts, double h, Vec y);
   PetscErrorCode renew_kept_forces(TS ts, double time, Vec y);
   PetscErrorCode accept_step(TS ts);
@@ -123,6 +125,8 @@ class Stepper {
   StepLength length_;
   StepCounter counter_;
   WallSchedule schedule_;
+  Knot knot_;  ///< at which the present step is to end, where it is no output time, or is one as well
+  Sides sides_;
   RejectionWatch rejections_;
   History history_;
   LinearReuse reuse_;

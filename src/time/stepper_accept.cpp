@@ -23,7 +23,8 @@ PetscErrorCode Stepper::accept_step(TS ts) {
     PetscFunctionReturn(0);
   }
   const bool finished = landed && clock_.is_end(record.time);
-  PetscCall(on_step_(record));
+  PetscCall(on_step_(record));  // with what was given during the step
+  if (knot_.time == record.time) PetscCall(leave_knot(ts, record.time));
   PetscCall(write_frame_if_due(ts, record, landed));
   if (now_.flush_due) PetscCall(on_flush_());
   if (landed) clock_.pass(record.time);
@@ -121,10 +122,11 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
   PetscCall(TSGetPrevTime(ts, &before));
   PetscCall(TSGetTimeStep(ts, &proposed));
   const double taken = time - before;
-  *landed = length_.has_landed(time);
+  const bool at_target = length_.has_landed(time);
   time = length_.end_of_step(time, clock_.previous());
+  *landed = at_target && time >= clock_.next(time);
   PetscCall(TSSetTime(ts, time));
-  length_.follow(taken, *landed, record->rejected > 0, proposed);
+  length_.follow(taken, at_target, record->rejected > 0, proposed);
   PetscCall(TSSetTimeStep(ts, length_.next()));
   counter_.set_steps(steps);
   record->step = steps;
@@ -139,6 +141,23 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
   if (!*counts) PetscFunctionReturn(0);
   framed_ = false;
   PetscCall(history_.end_step(ts));
+  PetscFunctionReturn(0);
+}
+
+/// What is given over time has its values to the right from here on. Where it jumps, a method goes on as at the start of a run: what it keeps of
+/// steps before tells it nothing of those that follow.
+PetscErrorCode Stepper::leave_knot(TS ts, double time) {
+  Vec y;
+  PetscFunctionBegin;
+  sides_.right_at = time;
+  model_.set_sides(sides_);
+  if (!knot_.jumps) PetscFunctionReturn(0);
+  length_.begin_anew();
+  PetscCall(TSSetTimeStep(ts, length_.next()));
+  PetscCall(TSRestartStep(ts));
+  history_.forget();
+  PetscCall(TSGetSolution(ts, &y));
+  PetscCall(renew_kept_forces(ts, time, y));
   PetscFunctionReturn(0);
 }
 

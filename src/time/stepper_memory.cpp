@@ -58,6 +58,8 @@ PetscErrorCode Stepper::stand_at(TS ts, const Facts& run, std::string* changed) 
   PetscFunctionBegin;
   good_time_ = run.real.at("time");
   clock_.restore(run, good_time_);
+  if (length_.adaptive()) sides_.right_at = good_time_;
+  model_.set_sides(sides_);
   *changed = length_.restore(run);
   PetscCall(TSSetTime(ts, good_time_));
   PetscCall(TSSetTimeStep(ts, length_.next()));

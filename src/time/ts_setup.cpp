@@ -145,7 +145,7 @@ static PetscErrorCode plan_of(TS ts, const TSContext& context, Plan* plan) {
     plan->descriptor = ends;
     if (!ends) plan->method += " in its midpoint form (-ts_theta_endpoint false)";
   }
-  plan->even_ends = plan->type == TSBDF || context.method->is("verlet") || (context.implicit && theta == 0.5);
+  plan->adaptive = adaptive;
   plan->any_step = context.implicit && theta >= 0.5;
   plan->steps = std::min(static_cast<double>(most), (context.pace.end - start) / plan->step);
   if (adaptive) PetscFunctionReturn(0);  // it shortens its steps where they are not stable

@@ -12,11 +12,12 @@ import subprocess
 import tempfile
 
 import h5py
-from harness import REPO, Checks, direct, observed_orders
+from harness import REPO, Checks, direct, observed_orders, write_lattice
 import numpy as np
 from orders import AMPLITUDE, FREQUENCY, MU, PHASE, RADIUS, RHO, T, system
 from program import environment, words
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 OPTION = {"rosw": "ts_rosw_type", "arkimex": "ts_arkimex_type", "rk": "ts_rk_type", "ssp": "ts_ssp_type", "bdf": "ts_bdf_order"}
 # Orders as PETSc's manual and the papers it names give them.
@@ -138,6 +139,62 @@ def refused(checks, name, options, *parts):
     checks.true(f"{name} is refused", good, f"exit code {done.code}: {lines[0][18:] if lines else 'no error'}")
 
 
+PULSE = {"from": 0.7301, "to": 0.7318, "period": 0.6, "end": 1.6}  # short beside the steps before it
+
+
+def pulses(A, b, x):
+    """x(end) of x' = A x + b u(t) from x, u = 1 in the pulses of PULSE, by matrix exponentials."""
+    n, t = len(b), 0.0
+    knots = [(PULSE[k] + i * PULSE["period"], k == "from") for i in range(2) for k in ("from", "to")]
+    on = False
+    for time, begins in [*knots, (PULSE["end"], False)]:
+        M = np.zeros((n + 1, n + 1))
+        M[:n, :n], M[:n, n] = A, b if on else 0
+        x = (expm(M * (time - t)) @ np.append(x, 1))[:n]
+        t, on = time, begins
+    return x
+
+
+def check_pulses(checks, name, options, circuits):
+    """Steps under error control end where what is given jumps, however short what follows is: two pulses of a force on an oscillator, by an expression, and
+    of a current into two nodes, each against matrix exponentials."""
+    control = {**options, "ts_adapt_type": "basic", "ts_rtol": 1e-6, "ts_atol": 1e-6, "ts_dt": 0.01, "ts_max_time": PULSE["end"]}
+    m, k, d, F = 0.5, 20.0, 0.4, 100.0
+    gate = "+".join(f"step(t-{PULSE['from'] + i * PULSE['period']:.6g})*step({PULSE['to'] + i * PULSE['period']:.6g}-t)" for i in range(2))
+    with tempfile.TemporaryDirectory() as folder:
+        lattice = write_lattice(pathlib.Path(folder) / "l.h5", [[0.0], [1.01]], m, fixed=[1, 0], pairs=[[0, 1]], stiffness=k, rest_length=1.0, damping=d, spring_law="hooke")
+        netlist = pathlib.Path(folder) / "pulse.cir"
+        width = PULSE["to"] - PULSE["from"]
+        netlist.write_text(f"pulses\nI1 0 a PULSE(0 100 {PULSE['from']} 0 0 {width:.6g} {PULSE['period']})\nR1 a 0 1\nC1 a 0 0.1\nR2 a b 1\nC2 b 0 0.05\n")
+        force = {**control, "bs_lattice_file": lattice, "bs_group_mass": "ids:1", "bs_force_mass": f"expression:{F}*({gate})"}
+        current = {key: value for key, value in {**control, "bs_netlist": netlist}.items() if not key.startswith("condensed")}
+        r = checks.run(force, interval=PULSE["end"]).trajectory
+        x, v = pulses(np.array([[0, 1], [-k / m, -d / m]]), np.array([0, F / m]), np.array([0.01, 0]))
+        checks.below(f"{name}: an oscillator after two short pulses of a force", max(abs(r.position[-1, 1, 0] - 1 - x), abs(r.velocity[-1, 1, 0] - v) / np.sqrt(k / m)), 1e-3 * F / k)
+        if not circuits:
+            return
+        current["bs_output"], current["bs_output_interval"] = pathlib.Path(folder) / "p.h5", PULSE["end"]
+        checks.run(current)
+        with h5py.File(current["bs_output"]) as f:
+            seen = f["states/value"][-1].ravel()
+        C = np.array([0.1, 0.05])
+        exact = pulses(-np.array([[2, -1], [-1, 1]]) / C[:, None], np.array([100 / C[0], 0]), np.zeros(2))
+        checks.below(f"{name}: nodes after two short pulses of a current", np.abs(seen - exact).max(), 1e-3)
+
+
+def check_control(checks, name, options):
+    """Tolerances bound the error of an oscillation that nothing drives, and ten thousand times tighter ones make it smaller."""
+    m, k, T = 0.5, 20.0, 2.0
+    w, errors = np.sqrt(k / m), []
+    with tempfile.TemporaryDirectory() as folder:
+        lattice = write_lattice(pathlib.Path(folder) / "l.h5", [[0.0], [1.2]], m, fixed=[1, 0], pairs=[[0, 1]], stiffness=k, rest_length=1.0, spring_law="hooke")
+        for tolerance in (1e-3, 1e-7):
+            o = {**options, "bs_lattice_file": lattice, "ts_adapt_type": "basic", "ts_rtol": tolerance, "ts_atol": tolerance, "ts_dt": 0.01, "ts_max_time": T}
+            r = checks.run(o, interval=T).trajectory
+            errors.append(max(abs(r.position[-1, 1, 0] - 1 - 0.2 * np.cos(w * T)), abs(r.velocity[-1, 1, 0] / w + 0.2 * np.sin(w * T))))
+    checks.true(f"{name}: tolerances bound the error of an oscillation", errors[0] < 0.15 and errors[1] < min(2e-3, 0.2 * errors[0]), f"{errors[0]:.3g} and {errors[1]:.3g} m")
+
+
 def check_method(checks, method, problems):
     order, descriptor, estimate, implicit = checks.table[method]
     name, options, counts = " ".join(method).strip(), options_of(method), OWN_STEPS.get(method, STEPS[order])
@@ -157,6 +214,10 @@ def check_method(checks, method, problems):
     else:
         refused(checks, f"{name} on a circuit with a singular C", {**problems["circuit"].options, **options}, "C is singular", name.split()[-1])
     adaptive = {**problems["still"].options, **options, "ts_adapt_type": "basic", "ts_max_steps": 2}
+    if estimate:
+        check_control(checks, name, {**solver, **options})
+    if estimate and not back:
+        check_pulses(checks, name, {**solver, **options}, method[0] not in SECOND_ORDER)
     if not estimate:
         refused(checks, f"{name} with -ts_adapt_type basic", adaptive, "does not estimate its error", name.split()[-1])
     else:

@@ -207,6 +207,25 @@ def by_name(checks, folder):
     checks.below("and is SPICE's", abs(states.value[-1, 1] - 5 * (1 - math.exp(-0.3))), 5e-3)
 
 
+def through_restart(checks, folder, name, options):
+    """A run that stops before, at and after a jump goes on to the same numbers in every bit; on three ranks to the same but for rounding."""
+    def run_to(steps, file, ranks=1, **more):
+        line = words({**options, "bs_output": folder / file, "bs_output_interval": 0.05, "bs_overwrite": True, **({"ts_max_steps": steps} if steps else {}), **more})
+        done = subprocess.run([*(["mpirun", "-n", str(ranks)] if ranks > 1 else []), checks.program, *line], cwd=folder, capture_output=True, text=True, env=environment(ranks))
+        with h5py.File(folder / file) as f:
+            return f["states/value"][:], f["states/time"][:], done
+
+    whole, _, done = run_to(0, "whole.h5")
+    count = int(done.stdout.split("steps=")[-1].split()[0])
+    ends = [k for k in range(2, count) if abs(run_to(k, "some.h5", bs_output_interval=0)[1][-1] - 0.1) < 1e-12] if count < 80 else []
+    for steps in sorted({count // 3, count - 3, *ends, *(k + 1 for k in ends)}):
+        run_to(steps, "some.h5", bs_checkpoint=folder / "some.ck")
+        again = subprocess.run([checks.program, *words({"bs_restart": folder / "some.ck", "ts_max_steps": 10**6})], cwd=folder, capture_output=True, text=True, env=environment(1))
+        with h5py.File(folder / "some.h5") as f:
+            checks.true(f"{name} through step {steps} of {count}", again.returncode == 0 and np.array_equal(f["states/value"][:], whole), again.stderr[-200:])
+    checks.below(f"{name}: 3 ranks", np.abs(run_to(0, "three.h5", 3)[0] - whole).max(), 1e-10)
+
+
 def error_control(checks, folder):
     """Adaptive steps go through the jumps of a source, with which states that have no derivative jump: v of an RC low-pass in closed form. Where states with a
     derivative jump as well (two plates of a capacitor), the error names the source."""
@@ -225,6 +244,9 @@ def error_control(checks, folder):
         line = words({"bs_netlist": folder / "coupled.cir", "ts_type": "bdf", "ts_dt": 0.01, "ts_max_time": 0.5})
         done = subprocess.run([*(["mpirun", "-n", str(ranks)] if ranks > 1 else []), checks.program, *line], cwd=folder, capture_output=True, text=True, env=environment(ranks))
         checks.true(f"a jump that no step gets past, {ranks} ranks", done.returncode == 3 and "V1 jumps at t = 0.1 s" in done.stderr, done.stderr[-300:])
+    (folder / "two.cir").write_text("Two nodes\nI1 0 a PULSE(0 1 0.1 0 0 0.2 0.5)\nR1 a 0 1\nC1 a 0 0.1\nR2 a b 1\nC2 b 0 0.05\n")
+    for name, more in (("bdf", {"ts_bdf_order": 4}), ("rosw", {"ts_rosw_type": "sandu3"}), ("cn", {"ts_adapt_type": "basic"})):
+        through_restart(checks, folder, name, {"bs_netlist": folder / "two.cir", "ts_type": name, **more, "ts_rtol": 1e-5, "ts_atol": 1e-5, "ts_dt": 0.01, "ts_max_time": 0.5})
     midpoint = words({"bs_netlist": folder / "coupled.cir", "ts_type": "theta", "ts_theta_endpoint": 0, "ts_dt": 0.01, "ts_max_time": 0.5})
     done = subprocess.run([checks.program, *midpoint], cwd=folder, capture_output=True, text=True, env=environment(1))
     checks.true("the midpoint form is refused where there are algebraic equations", done.returncode == 2 and "-ts_theta_endpoint" in done.stderr, done.stderr[-300:])

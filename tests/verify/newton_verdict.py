@@ -74,9 +74,35 @@ def at_rest(checks):
                 checks.true(f"{kind}, h = {h:g} s", r["rejected"] == 0 and not r["warnings"] and r["steps"] == round(0.35 / h), f"{r['rejected']} rejected, {r['steps']} steps, {r['warnings']}")
 
 
+def in_flight(checks):
+    """Strong dampers and drag where everything moves: a net that flies moves as the same net at rest does, and takes no more steps. What dampers exert is the
+    difference of forces 1e11 times as large as that which a body's inertia resists."""
+    u, T = np.array([1.0, 2.0, -1.0]), 0.5
+    base = {"bs_lattice_type": "cubic", "bs_lattice_size": (3, 3, 3), "bs_lattice_particle_mass": 1e-6, "bs_lattice_stiffness": 1, "bs_lattice_perturbation": 0.1, "ts_dt": 0.1, "ts_max_time": T}
+    kinds = {"beuler": {}, "bdf": {"ts_type": "bdf", "ts_adapt_type": "none"}, "alpha2": {"ts_type": "alpha2"}, "rosw": {"ts_type": "rosw", "ts_adapt_type": "none"},
+             "simple dampers": {"bs_damping_law": "simple"}, "lu": {"pc_type": "lu"}, "incomplete factors": {"condensed_pc_type": "bicc", "condensed_ksp_type": "cg"},
+             "far from the origin": {"bs_lattice_origin": (1e4, 0, 0)}}
+    for name, options in kinds.items():
+        for ranks in (1, 3) if name in ("beuler", "simple dampers") else (1,):
+            for D in (1e5, 1e8):
+                o = {**base, **options, "bs_lattice_damping": D}
+                still, flying = (checks.run({**o, "bs_lattice_velocity": tuple(v)}, ranks=ranks, interval=T) for v in (0 * u, u))
+                off = max(np.abs(flying.trajectory.position[-1] - flying.trajectory.position[0] - (still.trajectory.position[-1] - still.trajectory.position[0]) - u * T).max(),
+                          np.abs(flying.trajectory.velocity[-1] - still.trajectory.velocity[-1] - u).max())
+                checks.below(f"{name}, D = {D:g} kg/s, {ranks} rank(s): as at rest", off, 1e-7, f"{flying.report['newton']} and {still.report['newton']} Newton iterations")
+                checks.true("in as many steps, none of them rejected", flying.report["rejected"] == 0 and flying.report["steps"] <= still.report["steps"], f"{flying.report['steps']}, {flying.report['rejected']} rejected")
+    for a in (1e-8, 1e-10):
+        sphere = {"bs_lattice_type": "chain", "bs_lattice_size": 1, "bs_lattice_dim": 1, "bs_lattice_particle_mass": 2000 * 4 / 3 * np.pi * a**3, "bs_radius": a, "bs_sphere_drag": True,
+                  "bs_sphere_drag_rho": 1000, "bs_sphere_drag_mu": 1e-3, "bs_gravity": -9.81, "bs_fluid_velocity": 0.3, "ts_dt": 0.01, "ts_max_time": 0.1}
+        r = checks.run(sphere, interval=0.1)
+        checks.true(f"a sphere of {a:g} m in water that flows: 10 steps", r.report["steps"] == 10 and r.report["rejected"] == 0, f"{r.report['steps']}")
+        slip = sphere["bs_lattice_particle_mass"] * 9.81 / (6 * np.pi * 1e-3 * a)  # Stokes
+        checks.below("it flows along and sinks by Stokes' law", abs(r.trajectory.velocity[-1, 0, 0] - 0.3 + slip), 1e-13)
+
+
 def main():
     checks = Checks(__doc__)
-    for part in (steps_of_nothing, beside, rounding_level, at_rest):
+    for part in (steps_of_nothing, beside, rounding_level, at_rest, in_flight):
         if checks.wants(part.__name__):
             with checks.group(part.__name__):
                 part(checks)

@@ -10,7 +10,7 @@ namespace bs {
 
 /// Displacement, velocity and acceleration of one component into s[3].
 void Drive::follow(const Component& one, double t, const double* x0, double* s) const {
-  const bool even = snap(t, even_after_) > even_after_;
+  const Side side = sides_.at(t);
   s[0] = s[1] = s[2] = 0;
   if (one.kind == Kind::velocity) {
     s[0] = one.rate * t;
@@ -21,7 +21,7 @@ void Drive::follow(const Component& one, double t, const double* x0, double* s) 
     s[1] = one.amplitude * w * std::cos(angle);
     s[2] = -w * w * s[0];
   } else if (one.kind == Kind::expression) {
-    one.expression.at(t, x0, s, even ? 0.5 : 1);
+    one.expression.at(t, x0, s, side);
   } else if (one.kind == Kind::table) {
     const std::vector<double>&time = one.time, &shift = one.shift;
     auto after = std::upper_bound(time.begin(), time.end(), t) - time.begin();
@@ -34,7 +34,9 @@ void Drive::follow(const Component& one, double t, const double* x0, double* s) 
     // from the left end only: exact there, so the last row is taken by itself
     s[0] = t >= time.back() ? shift.back() : t <= time.front() ? shift.front() : shift[k] + (t - time[k]) * slope;
     s[1] = t < time.front() - slack || t > time.back() + slack ? 0 : slope;
-    if (even && k > 0 && t == time[k]) s[1] = 0.5 * (slope + (shift[k] - shift[k - 1]) / (time[k] - time[k - 1]));
+    if (k == 0 || t != time[k] || side == Side::given || side == Side::right) return;
+    const double before = (shift[k] - shift[k - 1]) / (time[k] - time[k - 1]);
+    s[1] = side == Side::left ? before : 0.5 * (slope + before);
   }
 }
 
@@ -87,6 +89,18 @@ std::string Drive::misses(double t) const {
     if (t > one.time.back() + slack) return "does not reach the end of the run";
   }
   return {};
+}
+
+Knot Drive::next_knot(double from, double to) const {
+  Knot next;
+  for (const Component& one : component_) {
+    if (one.kind == Kind::expression) next.take(one.expression.next_knot(from, to));
+    if (one.kind != Kind::table) continue;
+    auto row = std::upper_bound(one.time.begin(), one.time.end(), from);
+    while (row != one.time.end() && !is_after(from, *row)) ++row;
+    if (row != one.time.end()) next.take({*row, false});
+  }
+  return next;
 }
 
 bool Drive::may_jump() const {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/knots.hpp"
 #include "lattice/csv_table.hpp"
 #include "physics/whole/expression.hpp"
 
@@ -40,12 +41,14 @@ class Drive {
   /// Bit c: component c is where a program on the library says.
   std::uint8_t given() const { return given_; }
   /// The held components of position [m], velocity [m/s] and acceleration [m/s^2] at time t; the others are left alone. x0: `dim` numbers. At a
-  /// row of a table the slope to its right, or the mean of both (set_even_ends), beyond its ends at rest.
+  /// row of a table the slope to its right, unless set_sides() says otherwise, beyond its ends at rest.
   void at(double t, const double* x0, double* x, double* v, double* a) const;
   /// The displacements alone, of what is given component by component, without what x0 rounds off them; the others are left alone.
   void displacement(double t, const double* x0, double* u) const;
-  /// From now on what jumps or bends at a time after t has the mean of both sides then, in place of the side to its right (Plan::even_ends).
-  void set_even_ends(double t) { even_after_ = t; }
+  /// From now on what jumps or bends has these sides, in place of those to the right.
+  void set_sides(const Sides& sides) { sides_ = sides; }
+  /// The first time in (from, to] at which a row of a table stands, or an expression has a knot.
+  Knot next_knot(double from, double to) const;
   /// Why tables do not serve a run that ends at t, in words that follow "the table of ..."; empty: they do, but for rounding.
   std::string misses(double t) const;
   /// A time in (from, to] at which what starts at x0 jumps, or grows beyond all bounds; NaN: none is seen. Every step asks for its own.
@@ -72,7 +75,7 @@ class Drive {
   std::string text_;
   int dim_ = 3;
   bool placed_ = true;
-  double even_after_ = INFINITY;  ///< time [s]
+  Sides sides_;
   std::uint8_t held_ = 0, moving_ = 0, given_ = 0;
   bool rotation_ = false;
   double omega_ = 0, center_[3] = {0, 0, 0}, axis_[3] = {0, 0, 1};

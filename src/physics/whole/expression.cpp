@@ -173,6 +173,7 @@ struct Expression::Reader {
     const std::size_t first = out->operations_.size();
     if (!bracket()) return false;
     out->may_jump_ = out->may_jump_ || ((function == STEP || function == TAN || function == LOG) && changes(first));
+    out->has_knots_ = out->has_knots_ || ((function == STEP || function == ABS) && changes(first));
     put(static_cast<std::uint8_t>(FIRST_FUNCTION + function), 0);
     return true;
   }
@@ -193,7 +194,24 @@ bool Expression::parse(const std::string& text, bool placed, std::string* error)
   return true;
 }
 
-void Expression::run(double t, const double* x0, double of_zero, double* out) const {
+/// step or abs of u = 0, up to rounding, from one side; false: not there.
+static bool apply_at_zero(int function, double t, Side side, double* u) {
+  const bool exact = side == Side::given || side == Side::mean;
+  if ((function != STEP && function != ABS) || std::abs(u[0]) > (exact ? 0 : 1e-10 * std::abs(t * u[1]))) return false;
+  if (side == Side::given || (!exact && u[1] == 0)) return false;
+  const double over = side == Side::mean ? 0.5 : (u[1] > 0) == (side == Side::right) ? 1 : 0;  // what the values above 0 count
+  if (function == STEP) {
+    u[0] = over;
+    u[1] = u[2] = 0;
+  } else {
+    u[0] = std::abs(u[0]);
+    for (int k = 1; k < 3; ++k) u[k] *= 2 * over - 1;
+  }
+  return true;
+}
+
+/// `signs` receives those of the arguments of step and abs just after t.
+void Expression::run(double t, const double* x0, Side side, double* out, std::vector<double>* signs) const {
   double* top = stack_.data() - 3;
   for (const Operation& one : operations_) {
     if (one.code <= Z0) {
@@ -207,13 +225,10 @@ void Expression::run(double t, const double* x0, double of_zero, double* out) co
       for (int k = 0; k < 3; ++k) top[k] = -top[k];
       continue;
     }
-    if (top[0] == 0 && (one.code == FIRST_FUNCTION + STEP || (one.code == FIRST_FUNCTION + ABS && of_zero != 1))) {
-      top[0] = one.code == FIRST_FUNCTION + STEP ? of_zero : 0;
-      top[1] = top[2] = 0;
-      continue;
-    }
     if (one.code >= FIRST_FUNCTION) {
-      apply(one.code - FIRST_FUNCTION, top);
+      const int function = one.code - FIRST_FUNCTION;
+      if (signs && (function == STEP || function == ABS)) signs->push_back(top[0] != 0 ? top[0] : top[1]);
+      if (!apply_at_zero(function, t, side, top)) apply(function, top);
       continue;
     }
     double *u = top - 3, *v = top;
@@ -229,16 +244,41 @@ void Expression::run(double t, const double* x0, double of_zero, double* out) co
   std::copy_n(top, 3, out);
 }
 
-void Expression::at(double t, const double* x0, double* out, double of_zero) const {
-  const bool fresh = t != asked_ || of_zero != of_zero_;
+Knot Expression::next_knot(double from, double to) const {
+  constexpr int PARTS = 16;
+  constexpr double SAME = 1e-9;
+  const double x0[3] = {0, 0, 0}, start = from + 4e-10 * std::abs(from), length = (to - start) / PARTS;
+  double u[3], other[3];
+  std::vector<double> before, after;
+  if (by_place_ || !has_knots_ || !(length > 0)) return {};
+  const auto differ = [&](double t) {
+    after.clear();
+    run(t, x0, Side::given, u, &after);
+    return !std::equal(before.begin(), before.end(), after.begin(), [](double a, double b) { return (a < 0) == (b < 0); });
+  };
+  (void)differ(start);
+  before = after;
+  int part = 1;
+  while (part <= PARTS && !differ(start + part * length)) ++part;
+  if (part > PARTS) return {};
+  double a = start + (part - 1) * length, b = start + part * length;
+  for (double m = a + 0.5 * (b - a); m > a && m < b; m = a + 0.5 * (b - a)) (differ(m) ? b : a) = m;
+  const double time = decimal_time(b);
+  run(time, x0, Side::left, u);
+  run(time, x0, Side::right, other);
+  return {time, std::abs(other[0] - u[0]) > SAME * std::max(std::abs(other[0]), std::abs(u[0]))};
+}
+
+void Expression::at(double t, const double* x0, double* out, Side side) const {
+  const bool fresh = t != asked_ || side != side_;
   if (fresh) time_ = decimal_time(t);  // once for all places
   asked_ = t;
-  of_zero_ = of_zero;
+  side_ = side;
   if (by_place_) {
-    run(time_, x0, of_zero, out);
+    run(time_, x0, side, out);
     return;
   }
-  if (fresh) run(time_, x0, of_zero, value_);
+  if (fresh) run(time_, x0, side, value_);
   std::copy_n(value_, 3, out);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <vector>
+#include "base/knots.hpp"
 
 namespace bs {
 
@@ -17,9 +18,12 @@ class Expression {
 
   /// False, and one line in `error` without the option's name, for a text that is no such function. `placed`: it may depend on x0, y0 and z0.
   bool parse(const std::string& text, bool placed, std::string* error);
-  /// out: u, u', u'' at time t of what starts at x0 (three numbers). A bend has the derivatives to its right, a jump none. `of_zero`: step(0);
-  /// 1/2 makes jumps, and bends of abs, the mean of both sides.
-  void at(double t, const double* x0, double* out, double of_zero = 1) const;
+  /// out: u, u', u'' at time t of what starts at x0 (three numbers). A bend has the derivatives to its right, a jump none. `side` of step and abs
+  /// where their argument is 0 at t; left and right: 0 but for the rounding of t.
+  void at(double t, const double* x0, double* out, Side side = Side::given) const;
+  /// The first time in (from, to] at which the argument of a step or an abs changes its sign, as seen from 17 times; none where u depends on the
+  /// place.
+  Knot next_knot(double from, double to) const;
   bool depends_on_place() const { return by_place_; }
   /// Whether something in it can jump or grow beyond all bounds at some time.
   bool may_jump() const { return may_jump_; }
@@ -31,12 +35,12 @@ class Expression {
     std::uint8_t code;
     double value;  ///< of a number
   };
-  void run(double t, const double* x0, double of_zero, double* out) const;
+  void run(double t, const double* x0, Side side, double* out, std::vector<double>* signs = nullptr) const;
 
   std::vector<Operation> operations_;
-  bool by_place_ = false, may_jump_ = false;
+  bool by_place_ = false, may_jump_ = false, has_knots_ = false;
   mutable double asked_ = NAN, time_ = NAN;  ///< the last time, and the decimal that it is
-  mutable double of_zero_ = 1;               ///< with which it was asked
+  mutable Side side_ = Side::given;          ///< with which it was asked
   mutable double value_[3] = {0, 0, 0};      ///< the result then, where the place does not matter
   mutable std::vector<double> stack_;        ///< three numbers each: u, u', u''
 };

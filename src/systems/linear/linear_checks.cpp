@@ -109,9 +109,11 @@ PetscErrorCode LinearModel::prepare(const Plan& plan) {
   if (velocity && !diagonal_) PetscCall(fail(comm_, Exit::input, plan.method + " needs a diagonal C here: use bdf, cn or theta"));
   if (!plan.polynomial.empty()) PetscCall(warn_unstable(plan));
   PetscCall(find_null_spaces(system_.C, &of_C_));
+  // after a jump of sources algebraic states would ring
+  const bool algebraic = of_C_.known ? !of_C_.left.empty() : zero_rows_ > 0;
+  if (plan.adaptive && algebraic && (plan.type == TSCN || plan.type == TSTHETA)) startup_steps_ = std::max<std::int64_t>(startup_steps_, 1);
   PetscCall(warn_inconsistent(plan));
   type_ = plan.type;
-  even_ends_ = plan.even_ends;
   may_grow_ = !plan.any_step;
   PetscFunctionReturn(0);
 }

@@ -13,19 +13,19 @@
 namespace bs {
 
 // B u(t) lives in Bu_ until the next call.
-// Where u jumps from u- to u+ at the end of a step, methods that count this time alike in both steps keep their order 2 with (u- + u+)/2: the
-// trapezoidal rule's errors h (u+ - u-)/4 of the two steps cancel. A run starts after a jump, not within it.
+// Where u jumps from u- to u+ at the end of a step of a constant length, methods that count this time alike in both steps keep their order 2 with
+// (u- + u+)/2: the trapezoidal rule's errors h (u+ - u-)/4 of the two steps cancel. A run starts after a jump, not within it.
 PetscErrorCode LinearModel::set_sources(double t) {
   PetscInt first, last;
   PetscScalar* au;
   PetscFunctionBegin;
   PetscCall(VecGetOwnershipRange(u_, &first, &last));
   PetscCall(VecGetArrayWrite(u_, &au));
-  const bool within = even_ends_ && snap(t, start_) > start_;
+  const Side side = sides_.at(t);
   for (PetscInt k = first; k < last; ++k) {
     const auto column = static_cast<std::size_t>(k);
-    au[k - first] = sources_.at(column, t);
-    if (within) au[k - first] = 0.5 * (au[k - first] + sources_.before(column, t));
+    au[k - first] = side == Side::left ? sources_.before(column, t) : sources_.at(column, t);
+    if (side == Side::mean) au[k - first] = 0.5 * (au[k - first] + sources_.before(column, t));
   }
   PetscCall(VecRestoreArrayWrite(u_, &au));
   PetscCall(MatMult(system_.B, u_, Bu_));

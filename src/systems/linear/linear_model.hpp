@@ -18,6 +18,8 @@ class LinearModel final : public Model {
   std::vector<std::string> describe() const override;
   bool linear() const override { return true; }
   bool time_dependent() const override { return !sources_.constant(); }
+  Knot next_knot(double from, double) const override { return sources_.next_knot(from); }
+  void set_sides(const Sides& sides) override { sides_ = sides; }
   PetscErrorCode prepare(const Plan& plan) override;
   std::int64_t startup_steps() const override { return startup_steps_; }
   PetscErrorCode check_solver(KSP ksp) override;
@@ -79,9 +81,9 @@ class LinearModel final : public Model {
   VecHandle u_, Bu_, work_, diagonal_C_;
   KSPHandle C_solver_;
   std::vector<Filling> filled_;
-  std::string type_;        ///< of the TS
-  bool even_ends_ = false;  ///< as Plan has it
-  bool may_grow_ = false;   ///< whether steps of it can make energy
+  std::string type_;       ///< of the TS
+  Sides sides_;            ///< of the sources
+  bool may_grow_ = false;  ///< whether steps of it can make energy
 };
 
 }  // namespace bs

@@ -215,6 +215,18 @@ double Sources::at(std::size_t column, double t) const {
   return value(low) + (value(low + 1) - value(low)) * ((t - time(low)) / (time(low + 1) - time(low)));
 }
 
+Knot Sources::next_knot(double t) const {
+  Knot next;
+  for (const Waveform& wave : waves_) next.take(wave.next_knot(t));
+  const std::size_t width = columns_ + 1;
+  for (std::size_t row = columns_ > 0 ? row_at(t) : 0; row < table_.rows() && !std::isfinite(next.time); ++row) {
+    const double* here = &table_.values[row * width];
+    const bool jumps = hold_ == 1 && row > 0 && !std::equal(here + 1, here + width, here + 1 - width);
+    if (is_after(t, *here) && (jumps || hold_ == 0)) next = {*here, jumps};
+  }
+  return next;
+}
+
 bool Sources::constant() const {
   if (waves_.empty()) return columns_ == 0;
   return std::all_of(waves_.begin(), waves_.end(), [](const Waveform& w) { return w.constant(); });

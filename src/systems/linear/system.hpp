@@ -105,6 +105,8 @@ class Sources {
   double at(std::size_t column, double t) const;
   /// The limit of u_k from the left: another value than at() where it jumps.
   double before(std::size_t column, double t) const;
+  /// The next time after t at which one of them jumps or bends.
+  Knot next_knot(double t) const;
   /// Whether a source is written as a netlist of SPICE has it.
   bool as_spice(std::size_t column) const { return !waves_.empty() && waves_[column].as_spice(); }
   bool constant() const;

@@ -81,6 +81,26 @@ double Waveform::before(double t) const {
   return at(jumps ? t - std::max(4e-10 * std::abs(t), std::numeric_limits<double>::min()) : t);  // beyond what snap() takes for t
 }
 
+Knot Waveform::next_knot(double t) const {
+  Knot next;
+  const auto consider = [&](double time) {
+    if (is_after(t, time)) next.take({time, before(time) != at(time)});
+  };
+  if (kind_ == Kind::step) consider(p_[1]);
+  else if (kind_ == Kind::sine) consider(p_[4]);
+  else if (kind_ == Kind::exponential) consider(p_[2]), consider(p_[4]);
+  else if (kind_ == Kind::pulse) {
+    const double period = p_[6], whole = std::isfinite(period) && t > p_[1] ? std::floor((t - p_[1]) / period) : 0;
+    for (int k = 0; k < 2; ++k) {
+      const double start = p_[1] + (k + whole > 0 ? (k + whole) * period : 0);
+      for (const double since : {0.0, p_[2], p_[2] + p_[3], p_[2] + p_[3] + p_[4]}) consider(start + since);
+    }
+  } else if (kind_ == Kind::piecewise) {
+    for (std::size_t k = 0; k < p_.size() && !std::isfinite(next.time); k += 2) consider(p_[k]);
+  }
+  return next;
+}
+
 bool Waveform::constant() const { return kind_ == Kind::constant || (kind_ == Kind::step && (p_[1] <= 0 || p_[0] == 0)); }
 
 std::string Waveform::remark() const {
@@ -269,7 +289,7 @@ const char* waveform_help() {
   return "u(t): one waveform for every column of B, separated by ';': constant(value), step(amp,t0,offset), "
          "pulse(amp,t0,rise,width,fall,offset,period) where width is that of the flat top, sine(amp,freq,phase,offset,delay,damping) with phase "
          "in rad and damping in 1/s, exp(v1,v2,t1,tau1,t2,tau2), pwl(t1,v1,t2,v2,...); parameters in this order or by name: "
-         "pulse(amp=5,t0=1e-3,width=2e-3). A step has its new value at t0 itself; where a step in time ends there, cn, theta at 0.5 and bdf compute "
+         "pulse(amp=5,t0=1e-3,width=2e-3). A step has its new value at t0 itself; where a constant step ends there, cn, theta at 0.5 and bdf compute "
          "with the mean of both sides. With blanks instead of commas, arguments follow SPICE's order and "
          "may have its suffixes (k, m, MEG, 5mV): SIN(VO VA FREQ TD THETA PHASE) with the phase in degrees, PULSE(V1 V2 TD TR TF PW PER), "
          "EXP(V1 V2 TD1 TAU1 TD2 TAU2), PWL(T1 V1 T2 V2 ...), in upper or lower case";

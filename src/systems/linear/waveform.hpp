@@ -2,6 +2,7 @@
 #pragma once
 #include <string>
 #include <vector>
+#include "base/knots.hpp"
 
 namespace bs {
 
@@ -13,6 +14,8 @@ class Waveform {
   double at(double t) const;
   /// The limit from the left: another value than at(t) where it jumps.
   double before(double t) const;
+  /// The next time after t at which it jumps or bends.
+  Knot next_knot(double t) const;
   /// Whether it is written as a netlist of SPICE has it.
   bool as_spice() const { return spice_; }
   /// Whether it has one value for all t >= 0.

@@ -30,6 +30,7 @@ class LinearisedForces final : public Linearisation {
   PetscErrorCode predict_tensions(Vec z, double turn, double* part) override;
   void forget_tensions() override { state_.set_tensions(nullptr); }
   PetscErrorCode damping_force(const double* w, double* f) override;
+  bool damps() const override { return damped_; }
   void stiffness_sizes(double* size) override {
     for (const Term* term : *terms_) term->stiffness_sizes(t_, state_, size);
   }

@@ -117,8 +117,14 @@ void NodalForces::set_static(double s, bool grow) {
   load_ = grow ? s : 1;
 }
 
-void NodalForces::set_even_ends(double t) {
-  for (Given& one : given_) one.drive.set_even_ends(t);
+Knot NodalForces::next_knot(double from, double to) const {
+  Knot next;
+  for (const Given& one : given_) next.take(one.drive.next_knot(from, to));
+  return next;
+}
+
+void NodalForces::set_sides(const Sides& sides) {
+  for (Given& one : given_) one.drive.set_sides(sides);
 }
 
 void NodalForces::add_varying(std::size_t k, double t, double* f) const {

@@ -206,14 +206,16 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode ParticleModel::prepare(const Plan& plan) {
-  PetscReal start;
-  PetscFunctionBegin;
-  if (!plan.even_ends) PetscFunctionReturn(0);
-  PetscCall(read_start_time(&start));
-  forces_.set_even_ends(start);
-  constraints_.set_even_ends(start);
-  PetscFunctionReturn(0);
+Knot ParticleModel::next_knot(double from, double to) const {
+  Knot next = constraints_.next_knot(from, to);
+  next.take(forces_.next_knot(from, to));
+  return next;
+}
+
+void ParticleModel::set_sides(const Sides& sides) {
+  forces_.set_sides(sides);
+  constraints_.set_sides(sides);
+  terms_->renew();
 }
 
 PetscErrorCode ParticleModel::create_first_order(Mat* J) {

@@ -36,7 +36,7 @@ class ParticleModel final : public Mechanics {
   const std::vector<double>& masses() const override { return net_.inertia; }
   std::vector<ParticleGroup> groups() const override;
   PetscErrorCode force(double t, Vec y, const double** f) override;
-  PetscErrorCode force_magnitudes(double t, Vec y, double* size) override;
+  PetscErrorCode force_magnitudes(double t, Vec y, double sigma, double* size) override;
   PetscErrorCode force_sizes(double t, Vec y, std::vector<double>* inner, std::vector<double>* outer) override;
   Linearisation& linearisation() override { return linearised_; }
   bool couples_all() const override { return coupling_.active(); }
@@ -82,7 +82,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return terms_->gather_history(parts); }
   PetscErrorCode scatter_memory() override { return terms_->recall(); }
   bool remembers() const override { return terms_->remembers(); }
-  PetscErrorCode prepare(const Plan& plan) override;
+  Knot next_knot(double from, double to) const override;
+  void set_sides(const Sides& sides) override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
   void release_input() override;

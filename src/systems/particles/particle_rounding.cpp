@@ -31,9 +31,9 @@ void farthest_ends(const Network& net, const LocalState& state, std::vector<doub
 
 }  // namespace
 
-// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|; and laws that balance (weight and
-// drag) leave the rounding of each. Images across a periodic box are as far away as its edges are long.
-PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
+// Rounding of x alone moves the force on a particle by its springs' rates times eps |x|, and that of velocities by its dampers' times eps |v|; and
+// laws that balance (weight and drag) leave the rounding of each. Images across a periodic box are as far away as its edges are long.
+PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double sigma, double* size) {
   const int d = std::clamp(net_.dim, 1, 3);
   double edges[9] = {}, far[3] = {0, 0, 0};
   PetscFunctionBegin;
@@ -43,7 +43,10 @@ PetscErrorCode ParticleModel::force_magnitudes(double t, Vec y, double* size) {
   if (constraints_.box().active()) constraints_.box().edges(t, edges, nullptr);
   for (int k = 0; k < d; ++k)
     for (int c = 0; c < d && net_.box.periodic[k]; ++c) far[c] += std::abs(edges[k * d + c]);
-  for (const Term* term : *terms_) term->outer_sizes(t, state_, laws.data());
+  for (const Term* term : *terms_) {
+    term->outer_sizes(t, state_, laws.data());
+    if (sigma > 0) term->damping_sizes(t, state_, sigma, laws.data());
+  }
   for (PetscInt i = 0; i < net_.n; ++i)
     for (PetscInt c = 0; c < d; ++c) size[i * d + c] = 2 * rates_[i] * (ends[static_cast<std::size_t>(i * d + c)] + far[c]) + laws[i];
   constraints_.clear(0, net_.n, 1, size);

@@ -84,6 +84,7 @@ class PairForcesOf final : public PairForces {
   LinkMeasures measure(const LocalState& state, PetscInt i, PetscInt e) const override;
   void measure(const LocalState& state, std::size_t count, const PetscInt* i, const PetscInt* e, double* length, double* tension) const override;
   void pull_change(const LocalState& state, PetscInt i, PetscInt e, int of, double* pull) const override;
+  void damping_sizes(double t, const LocalState& state, double sigma, double* size) const override;
   void add_rates(std::vector<double>* rates) const override;
   void stiffness_sizes(double t, const LocalState& state, double* size) const override;
 

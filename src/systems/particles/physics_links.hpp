@@ -83,6 +83,30 @@ void PairForcesOf<d, Damper>::add_rates(std::vector<double>* rates) const {
   });
 }
 
+// Of a law: |df/dv| (|v| + |u|), u the velocity of its fluid.
+template <int d, class Damper>
+void PairForcesOf<d, Damper>::damping_sizes(double t, const LocalState& state, double sigma, double* size) const {
+  const AnchorShift shift(motion_, t);
+  const Links& links = net_.links;
+  const auto speed_of = [&](const double* y) { return norm<d>(y + d) + sigma * norm<d>(y); };
+  for (PetscInt i = 0; i < net_.n; ++i) {
+    if (net_.fixed[i]) continue;
+    const double speed = speed_of(state.at(i));
+    for (PetscInt e = links.start[i]; e < links.start[i + 1] && !links.damping.empty(); ++e)
+      size[i] += links.damping[e] * (speed + speed_of(state.at(links.other[e])));
+    for_anchors(i, state.at(i), shift, [&](auto, PetscInt, const auto&, const auto& p) { size[i] += p.damping * (speed + norm<d>(shift.ds)); });
+    for_each_law(laws_, [&](const auto& law) {
+      if (!law.active()) return;
+      double D[d * d] = {}, most = 0;
+      law.template dfdv<d>(point_of(i, t, state), D);
+      for (int r = 0; r < d; ++r) most = std::max(most, std::sqrt(d) * norm<d>(D + d * r));
+      if constexpr (is_drag<std::decay_t<decltype(law)>> && has_fluid<std::decay_t<decltype(law)>>::value)
+        size[i] += most * (speed + norm<d>(law.fluid));
+      else size[i] += most * speed;
+    });
+  }
+}
+
 /// Calls use(kernel, i, j, g, p) for every spring at each of its owned ends i; j: the other one.
 template <int d, class Damper>
 template <class Use>

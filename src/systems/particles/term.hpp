@@ -94,6 +94,9 @@ class Term {
   virtual void inner_sizes(const LocalState&, double*) const {}
   /// Sizes of the forces of fields and of given ones, which may cancel each other, to size[i] of owned particles that are not fixed [N].
   virtual void outer_sizes(double, const LocalState&, double*) const {}
+  /// Sizes of the forces whose difference damping is, D |v_i| and D |v_j| of -D (v_i - v_j), likewise: where all moves alike they cancel each other.
+  /// A velocity is as large as v and, being x' as well, as sigma x.
+  virtual void damping_sizes(double, const LocalState&, double /* sigma */, double*) const {}
   /// Rates at rest at every owned particle [N/m].
   virtual void add_rates(std::vector<double>*) const {}
   /// Magnitudes of the rates in its rows of K, none less than at rest: what rounding errors of these rows are relative to [N/m].

@@ -70,10 +70,10 @@ PetscErrorCode LinearReuse::create_second(TS ts) {
   PetscFunctionReturn(0);
 }
 
-PetscErrorCode LinearReuse::before_step(TS ts, PetscInt step, double h) {
+PetscErrorCode LinearReuse::before_step(TS ts, std::int64_t since, double h) {
   PetscFunctionBegin;
   if (startup_ > 0) {
-    const double theta = step < startup_ ? 1.0 : theta_;
+    const double theta = since < startup_ ? 1.0 : theta_;
     if (theta != now_) PetscCall(TSThetaSetTheta(ts, theta));
     now_ = theta;
   }

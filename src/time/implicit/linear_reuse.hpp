@@ -10,8 +10,8 @@ class LinearReuse {
   /// Collective. After the solvers are set up. Ends the run with exit code 2 if the model requires initial steps of backward Euler and the type is
   /// not of the theta family. Nothing is done for models that are not linear.
   PetscErrorCode attach(TS ts, TSContext& context);
-  /// Collective. Before step `step` (0: the first) of length h [s]: its theta, matrix and preconditioner.
-  PetscErrorCode before_step(TS ts, PetscInt step, double h);
+  /// Collective. Before a step of length h [s], after `since` steps with memory: its theta, matrix and preconditioner.
+  PetscErrorCode before_step(TS ts, std::int64_t since, double h);
   void save(Facts* facts) const;
   /// Collective. The matrices that the run had, which are those of the first lengths it met: others differ from these by rounding.
   PetscErrorCode restore(TS ts, const Facts& facts);

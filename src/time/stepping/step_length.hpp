@@ -23,9 +23,11 @@ class StepLength {
       : rules_(rules), nominal_(nominal), wanted_(nominal), next_(nominal), adaptive_(adaptive), blind_(blind) {}
   double nominal() const { return nominal_; }
   double next() const { return next_; }
+  /// Whether an error estimate chooses it.
+  bool adaptive() const { return adaptive_; }
   /// Of the very first attempt, but for output times [s].
   double first_attempt() const;
-  /// The step from `time` to `target`, the next output time, at most. `proposed`: the method's own choice; `fresh`: the method
+  /// The step from `time` to `target`, at most: the next output time, or a time before it. `proposed`: the method's own choice; `fresh`: the method
   /// has no step behind it. One that would pass the target is shortened; one that would miss it by rounding is kept.
   void plan(double time, double target, double proposed, bool fresh);
   double planned() const { return planned_; }
@@ -45,6 +47,8 @@ class StepLength {
   void follow(double taken, bool landed, bool rejected, double proposed);
   /// What the nominal length was cut to, at the least, by rejections of steps without an error estimate; 0: it never was.
   double shortest_cut() const { return shortest_cut_; }
+  /// What comes next begins as a run does: with the nominal length at most.
+  void begin_anew() { next_ = next_ < nominal_ ? next_ : nominal_; }
   void save(Facts* facts) const;
   /// Returns what is not as it was, in words.
   std::string restore(const Facts& facts);

@@ -212,8 +212,14 @@ void Cell::find_drag(double t, Error* fault) const {
                      t, drag_.c_str()));
 }
 
-void Cell::set_even_ends(double t) {
-  for (Component& one : components_) one.drive.set_even_ends(t);
+Knot Cell::next_knot(double from, double to) const {
+  Knot next;
+  for (const Component& one : components_) next.take(one.drive.next_knot(from, to));
+  return next;
+}
+
+void Cell::set_sides(const Sides& sides) {
+  for (Component& one : components_) one.drive.set_sides(sides);
 }
 
 void Cell::find_jumps(double from, double to, Error* fault) const {

@@ -58,8 +58,9 @@ class Constraints {
   /// Whether motions hold and move anything; whether anything is another at another time.
   bool drives() const;
   bool time_dependent() const { return drives() || anchors_.active() || box_.moving(); }
-  /// Drive::set_even_ends, of all that is driven.
-  void set_even_ends(double t);
+  /// System::next_knot and System::set_sides, of all that is driven.
+  Knot next_knot(double from, double to) const;
+  void set_sides(const Sides& sides);
   Cell& box() { return box_; }
   const Cell& box() const { return box_; }
   Motion& anchors() { return anchors_; }

@@ -128,6 +128,50 @@ TEST_CASE("jumps of expressions are found, bends are not") {
   CHECK(std::isnan(jump("step(t-0.3)", 0, 0.29)));
 }
 
+TEST_CASE("knots of expressions are where arguments of step and abs change their signs") {
+  const auto knot = [](const std::string& text, double from, double to) {
+    std::string error;
+    bs::Expression u;
+    REQUIRE(u.parse(text, true, &error));
+    return u.next_knot(from, to);
+  };
+  CHECK(knot("3*step(t-0.3)", 0, 1).time == 0.3);
+  CHECK(knot("3*step(t-0.3)", 0, 1).jumps);
+  CHECK(knot("step(0.3-t)", 0.1, 1).time == 0.3);
+  CHECK_FALSE(knot("(t-0.3)*step(t-0.3)", 0, 1).jumps);
+  CHECK_FALSE(knot("abs(t-0.3)", 0, 1).jumps);
+  CHECK(knot("step(t-0.3)*step(0.3001-t)", 0, 1000).time == 0.3);
+  CHECK(knot("step(t-0.3)*step(0.3001-t)", 0.3, 1000).time == 0.3001);
+  CHECK(knot("step(sin(2*pi*t))", 0.2, 0.9).time == Approx(0.5).epsilon(1e-15));
+  for (const char* none : {"sin(t)", "step(t-0.3)", "step(x0-t)", "step(2)"}) CHECK(std::isinf(knot(none, 0.3, 1).time));
+}
+
+TEST_CASE("at a knot an expression has the value of the side that is asked for") {
+  using bs::Side;
+  std::string error;
+  const double x0[3] = {0, 0, 0};
+  const auto value = [&](const std::string& text, double t, Side side) {
+    bs::Expression u;
+    double out[3];
+    REQUIRE(u.parse(text, true, &error));
+    u.at(t, x0, out, side);
+    return std::vector<double>(out, out + 2);
+  };
+  using V = std::vector<double>;
+  for (const double t : {0.3, 0.3 * (1 + 1e-15)}) {
+    CHECK(value("4*step(t-0.3)", t, Side::left)[0] == 0);
+    CHECK(value("4*step(t-0.3)", t, Side::right)[0] == 4);
+    CHECK(value("4*step(0.3-t)", t, Side::left)[0] == 4);
+    CHECK(value("4*step(0.3-t)", t, Side::right)[0] == 0);
+    CHECK(value("abs(t-0.3)", t, Side::left)[1] == -1);
+    CHECK(value("abs(t-0.3)", t, Side::right)[1] == 1);
+  }
+  CHECK(value("4*step(0.3-t)", 0.3, Side::given)[0] == 4);
+  CHECK(value("4*step(t-0.3)", 0.3, Side::mean) == V{2, 0});
+  CHECK(value("abs(t-0.3)", 0.3, Side::mean) == V{0, 0});
+  CHECK(value("4*step(t-0.2)", 0.3, Side::left)[0] == 4);
+}
+
 TEST_CASE("what is no motion says so") {
   std::string error;
   for (const char* text :
@@ -165,7 +209,13 @@ TEST_CASE("tables are followed from row to row") {
   drive.at(4, x0, x, v, a);
   CHECK(x[1] == 8);
   CHECK(v[1] == 0);
-  drive.set_even_ends(0);  // the mean of the slopes 2 and -0.5
+  CHECK(drive.next_knot(0, 10).time == 1);
+  CHECK(drive.next_knot(1, 10).time == 3);
+  CHECK(std::isinf(drive.next_knot(3, 10).time));
+  drive.set_sides({INFINITY, 1, NAN});
+  drive.at(1, x0, x, v, a);
+  CHECK(v[1] == 2);
+  drive.set_sides({0, NAN, NAN});  // the mean of the slopes 2 and -0.5
   drive.at(1, x0, x, v, a);
   CHECK(x[1] == 9);
   CHECK(v[1] == 0.75);

@@ -41,6 +41,26 @@ TEST_CASE("Before a jump a waveform has its limit from the left, elsewhere what 
   CHECK(wave("PULSE(0 5 0 0.1 0.1 0.1 0.3)").at(0.65) == Approx(2.5));  // a train without a pause: its parts are longer than its period by rounding
 }
 
+TEST_CASE("The knots of a waveform come one after the other, and jumps are told from bends") {
+  const auto knots = [](const std::string& text, double end) {
+    std::vector<std::pair<double, bool>> all;
+    bs::Knot next = wave(text).next_knot(0);
+    for (; next.time <= end && all.size() < 100; next = wave(text).next_knot(next.time)) all.emplace_back(next.time, next.jumps);
+    return all;
+  };
+  using Knots = std::vector<std::pair<double, bool>>;
+  CHECK(knots("2", 10).empty());
+  CHECK(knots("step(3)", 10).empty());  // it has jumped already
+  CHECK(knots("step(3,2,1)", 10) == Knots{{2, true}});
+  CHECK(knots("pulse(amp=4,t0=1,rise=0.5,width=2,fall=1)", 10) == Knots{{1, false}, {1.5, false}, {3.5, false}, {4.5, false}});
+  CHECK(knots("pulse(amp=1,t0=0.1,width=0.2,period=0.5)", 0.9) == Knots{{0.1, true}, {0.1 + 0.2, true}, {0.1 + 0.5, true}, {0.1 + 0.5 + 0.2, true}});
+  CHECK(knots("pulse(amp=1,t0=0,width=2,period=2)", 3) == Knots{{2, false}});  // from one pulse into the next
+  CHECK(knots("sine(amp=1,freq=2,delay=3)", 10) == Knots{{3, false}});
+  CHECK(knots("exp(0,1,1,0.1,2,0.1)", 10) == Knots{{1, false}, {2, false}});
+  CHECK(knots("pwl(0,0,1,5,4,2)", 10) == Knots{{1, false}, {4, false}});
+  CHECK(knots("pulse(amp=1,t0=1,rise=1e-12,width=1,fall=0)", 10).size() == 2);  // a rise that is lost in the rounding of t = 1 s
+}
+
 TEST_CASE("Pulse: every piece, its knots, and its period") {
   const bs::Waveform w = wave("pulse(amp=4,t0=1,rise=0.5,width=2,fall=1,offset=-1)");
   const double times[] = {0, 1, 1.25, 1.5, 3, 3.5, 4, 4.5, 9}, values[] = {0, 0, 2, 4, 4, 4, 2, 0, 0};
