@@ -73,7 +73,8 @@ PetscErrorCode find_input(MPI_Comm comm, const std::string& option, std::string*
   const bool moved = !begun.empty() && begun != ".";
   if (rank == 0 && !name->empty() && (*name)[0] != '/' && (moved || !is_file(*name))) {
     std::vector<std::string> places = all.option_folders;
-    places.insert(places.begin(), {moved ? begun : ".", "."});
+    places.insert(places.begin(), ".");
+    if (moved) places.insert(places.begin(), begun);
     for (const std::string& folder : shared_folders()) places.insert(places.end(), {folder, folder + "/meshes"});
     for (auto place = places.rbegin(); place != places.rend(); ++place)
       if (const std::string there = *place == "." ? *name : *place + "/" + *name; is_file(there)) found = there;

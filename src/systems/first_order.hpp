@@ -97,7 +97,7 @@ class FirstOrder : public Model {
   Vec initial_state() const override { return own_->initial_state(); }
   std::vector<std::string> describe() const override { return own_->describe(); }
   bool time_dependent() const override { return own_->time_dependent(); }
-  Knot next_knot(double from, double to) const override { return own_->next_knot(from, to); }
+  Knot next_knot(double from, double to) override { return own_->next_knot(from, to); }
   void set_sides(const Sides& sides) override { own_->set_sides(sides); }
   std::vector<Tally> tallies() const override { return own_->tallies(); }
   Breaks* breaks() override { return own_->breaks(); }

@@ -150,10 +150,14 @@ PetscErrorCode FirstOrderTangent::damp(const std::vector<double>& a, std::vector
 /// Collective. Of S w = r_v + (mu M - D) a and S z_v = r_v + K a/sigma the one with less on its right side: what it adds to r_v is then in force_.
 PetscErrorCode FirstOrderTangent::choose_unknown(const std::vector<double>& a) {
   const Layout& at = own_.layout();
+  constexpr double STRONG = 1e4;  // weaker dampers leave twelve digits of inertia
   double square[2] = {0, 0};
   PetscFunctionBegin;
   by_velocity_ = false;
   if (static_ || !own_.damps()) PetscFunctionReturn(0);
+  bool strong = own_.damping_rate() > STRONG * inertia_ * sigma_;
+  PetscCall(on_some_rank(comm(), strong, &strong));
+  if (!strong) PetscFunctionReturn(0);
   if (!places_) PetscCall(VecDuplicate(own_.state_vector(), places_.out()));
   {
     const WriteArray places(places_);

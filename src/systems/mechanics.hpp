@@ -34,8 +34,9 @@ class Linearisation : public Pencil {
   virtual void forget_tensions() {}
   /// Collective. f = D w exactly; w, f: (n, d).
   virtual PetscErrorCode damping_force(const double* w, double* f) = 0;
-  /// Whether links damp; the same on every rank.
+  /// Whether links damp, the same on every rank; and the largest rate by which those of an owned particle do, D/m [1/s].
   virtual bool damps() const { return false; }
+  virtual double damping_rate() const { return 0; }
   /// Whether the matrix of assemble(), which is symmetric, holds all of a M - b D - c K.
   virtual bool exact_symmetric() const = 0;
   /// Whether df/dx is symmetric where nothing moves.

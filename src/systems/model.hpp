@@ -86,10 +86,10 @@ class Model : public System {
   virtual bool linear() const { return false; }
   /// How many steps are to be taken by backward Euler at the start, and after what stopped the method's memory (types of the theta family).
   virtual std::int64_t startup_steps() const { return 0; }
-  /// Collective. 1 in `marks`, a vector of states, where a state's derivative occurs, else 0. The others follow from them and from the time: error
-  /// control leaves them out. `marks` is not filled where `all` derivatives occur.
-  virtual PetscErrorCode mark_differential(Vec, bool* all) {
-    *all = true;
+  /// Collective. A new vector of states, 1 where a state's derivative occurs, else 0; null where all derivatives do. The others follow from them and
+  /// from the time: error control leaves them out.
+  virtual PetscErrorCode mark_differential(Vec* marks) {
+    *marks = nullptr;
     return 0;
   }
   /// Collective. What to change where no step from t [s] on is accepted; empty: what the method says.

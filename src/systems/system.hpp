@@ -129,7 +129,7 @@ class System {
   /// Whether its forces or sources depend on t otherwise than through the state.
   virtual bool time_dependent() const { return false; }
   /// The first time in (from, to] at which what is given over time is seen to jump or bend, the same on every rank; a later one counts as none.
-  virtual Knot next_knot(double, double) const { return {}; }
+  virtual Knot next_knot(double, double) { return {}; }
   /// From now on what is given has these sides at its knots.
   virtual void set_sides(const Sides&) {}
   virtual std::vector<Tally> tallies() const { return {}; }

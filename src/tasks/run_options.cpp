@@ -28,7 +28,8 @@ PetscErrorCode read_step_options(MPI_Comm comm, RunOptions* out) {
            out->step.length.least, Range::nonnegative);
     o.integer("-bs_step_max_cuts", "rejections allowed per step; one more ends the run with exit code 3", out->step.max_cuts, Range::nonnegative);
     o.real("-bs_step_first",
-           "length of the first step; 0: -ts_dt, or a thousandth of it where -ts_adapt_type has no error estimate for the first step (beuler, cn, "
+           "length of the first step, also after a jump of what is given over time; 0: -ts_dt, or a thousandth of it where -ts_adapt_type has no "
+           "error estimate for the first step (beuler, cn, "
            "theta) [s]",
            out->step.length.first, Range::nonnegative);
     if (out->step.length.cut >= 1) o.fail("option -bs_step_cut: give a number between 0 and 1, e.g. 0.25");

@@ -221,7 +221,7 @@ PetscErrorCode read_tolerances(MPI_Comm comm, Tolerances* out) {
 PetscErrorCode set_tolerances(const Tolerances& t, Model& model, TS ts) {
   PetscReal atol, rtol;
   VecHandle vatol, vrtol;
-  bool adaptive = false, all = true;
+  bool adaptive = false;
   PetscFunctionBegin;
   PetscCall(is_adaptive(ts, &adaptive));
   PetscCall(TSGetTolerances(ts, &atol, nullptr, &rtol, nullptr));
@@ -230,14 +230,14 @@ PetscErrorCode set_tolerances(const Tolerances& t, Model& model, TS ts) {
   if (t.given() && model.dim() == 0)
     PetscCall(fail(model.comm(), Exit::input,
                    "options -bs_atol_x, -bs_atol_v, -bs_rtol_x, -bs_rtol_v apply to particles only: give -ts_atol and -ts_rtol"));
-  PetscCall(VecDuplicate(model.initial_state(), vatol.out()));
-  PetscCall(VecDuplicate(model.initial_state(), vrtol.out()));
+  if (t.given()) PetscCall(VecDuplicate(model.initial_state(), vatol.out()));
+  else PetscCall(model.mark_differential(vatol.out()));
+  if (!vatol) PetscFunctionReturn(0);
+  PetscCall(VecDuplicate(vatol, vrtol.out()));
   if (t.given()) {
     PetscCall(fill(vatol, t.atol_x > 0 ? t.atol_x : atol, t.atol_v > 0 ? t.atol_v : atol));
     PetscCall(fill(vrtol, t.rtol_x > 0 ? t.rtol_x : rtol, t.rtol_v > 0 ? t.rtol_v : rtol));
   } else {
-    PetscCall(model.mark_differential(vatol, &all));
-    if (all) PetscFunctionReturn(0);
     PetscCall(VecCopy(vatol, vrtol));
     PetscCall(VecScale(vatol, atol));
     PetscCall(VecScale(vrtol, rtol));

@@ -144,20 +144,17 @@ PetscErrorCode Stepper::keep_step(TS ts, StepRecord* record, bool* landed, bool*
   PetscFunctionReturn(0);
 }
 
-/// What is given over time has its values to the right from here on. Where it jumps, a method goes on as at the start of a run: what it keeps of
-/// steps before tells it nothing of those that follow.
+/// What is given over time has its values to the right from here on; a method that takes the end of its step for the next one's start evaluates it
+/// again. After a jump it goes on as at the start of a run: steps before tell nothing of those that follow.
 PetscErrorCode Stepper::leave_knot(TS ts, double time) {
-  Vec y;
   PetscFunctionBegin;
   sides_.right_at = time;
   model_.set_sides(sides_);
+  if (knot_.jumps || context_.method->remembers(Memory::none)) PetscCall(TSRestartStep(ts));
   if (!knot_.jumps) PetscFunctionReturn(0);
   length_.begin_anew();
   PetscCall(TSSetTimeStep(ts, length_.next()));
-  PetscCall(TSRestartStep(ts));
   history_.forget();
-  PetscCall(TSGetSolution(ts, &y));
-  PetscCall(renew_kept_forces(ts, time, y));
   PetscFunctionReturn(0);
 }
 

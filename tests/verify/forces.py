@@ -176,6 +176,15 @@ def bends(checks, folder):
         checks.true(f"{name}: order 2", abs(found - 2) <= 0.15, f"{found:.3f}, errors {errors}")
 
 
+    if checks.ranks > 1:
+        return
+    adapted = {**base, "ts_adapt_type": "basic", "ts_rtol": 1e-8, "ts_atol": 1e-8, "ts_dt": 0.01}
+    for name, options in (("rk", {"ts_rk_type": "5dp"}), ("rk", {"ts_rk_type": "3bs"}), ("arkimex", direct(checks.ranks)), ("bdf", direct(checks.ranks)), ("rosw", direct(checks.ranks)), ("cn", direct(checks.ranks))):
+        r = checks.run({**adapted, **options, "ts_type": name}, interval=T).trajectory
+        off = np.hypot(r.position[-1, 1, 0] - 1 - y[0], (r.velocity[-1, 1, 0] - y[1]) / np.sqrt(K / M))
+        checks.below(f"{name} {options.get('ts_rk_type', '')} under error control, whose steps end at the bends", off, 5e-6)
+
+
 def two_centres(checks, folder):
     """A particle between two masses that are at rest (Euler's problem of two fixed centres): its energy and its second invariant
     L1 L2 + 2 a (m1 cos(theta1) - m2 cos(theta2)) with Li = r_i x v, theta_i the angle of r_i, centres at -a and a; SciPy's path; a third mass on the way; a statics' equilibrium."""

@@ -217,13 +217,15 @@ def through_restart(checks, folder, name, options):
 
     whole, _, done = run_to(0, "whole.h5")
     count = int(done.stdout.split("steps=")[-1].split()[0])
-    ends = [k for k in range(2, count) if abs(run_to(k, "some.h5", bs_output_interval=0)[1][-1] - 0.1) < 1e-12] if count < 80 else []
-    for steps in sorted({count // 3, count - 3, *ends, *(k + 1 for k in ends)}):
+    with h5py.File(folder / "whole.h5") as f:
+        ends = [k + 1 for k, t in enumerate(f["backspring/log/time"][:].ravel()) if abs(t - 0.1) < 1e-12 or abs(t - 0.3) < 1e-12]
+    for steps in sorted({count // 3, count - 3, *(k + more for k in ends for more in (-1, 0, 1))}):
         run_to(steps, "some.h5", bs_checkpoint=folder / "some.ck")
         again = subprocess.run([checks.program, *words({"bs_restart": folder / "some.ck", "ts_max_steps": 10**6})], cwd=folder, capture_output=True, text=True, env=environment(1))
         with h5py.File(folder / "some.h5") as f:
             checks.true(f"{name} through step {steps} of {count}", again.returncode == 0 and np.array_equal(f["states/value"][:], whole), again.stderr[-200:])
-    checks.below(f"{name}: 3 ranks", np.abs(run_to(0, "three.h5", 3)[0] - whole).max(), 1e-10)
+    if count < 80:
+        checks.below(f"{name}: 3 ranks", np.abs(run_to(0, "three.h5", 3)[0] - whole).max(), 1e-10)
 
 
 def error_control(checks, folder):

@@ -10,7 +10,7 @@
 namespace bs {
 
 /// Of C's columns that are not empty.
-PetscErrorCode LinearModel::mark_differential(Vec marks, bool* all) {
+PetscErrorCode LinearModel::mark_differential(Vec* marks) {
   PetscInt first, last, n;
   PetscScalar marked;
   std::vector<PetscInt> columns;
@@ -19,13 +19,14 @@ PetscErrorCode LinearModel::mark_differential(Vec marks, bool* all) {
   for (PetscInt i = first; i < last; ++i) PetscCall(each_nonzero(system_.C, i, [&](PetscInt j, double) { columns.push_back(j); }));
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
-  PetscCall(VecZeroEntries(marks));
-  for (const PetscInt j : columns) PetscCall(VecSetValue(marks, j, 1, INSERT_VALUES));
-  PetscCall(VecAssemblyBegin(marks));
-  PetscCall(VecAssemblyEnd(marks));
-  PetscCall(VecGetSize(marks, &n));
-  PetscCall(VecSum(marks, &marked));
-  *all = static_cast<PetscInt>(std::lround(marked)) == n;
+  PetscCall(VecDuplicate(system_.x0, marks));
+  PetscCall(VecZeroEntries(*marks));
+  for (const PetscInt j : columns) PetscCall(VecSetValue(*marks, j, 1, INSERT_VALUES));
+  PetscCall(VecAssemblyBegin(*marks));
+  PetscCall(VecAssemblyEnd(*marks));
+  PetscCall(VecGetSize(*marks, &n));
+  PetscCall(VecSum(*marks, &marked));
+  if (static_cast<PetscInt>(std::lround(marked)) == n) PetscCall(VecDestroy(marks));
   PetscFunctionReturn(0);
 }
 

@@ -18,7 +18,7 @@ class LinearModel final : public Model {
   std::vector<std::string> describe() const override;
   bool linear() const override { return true; }
   bool time_dependent() const override { return !sources_.constant(); }
-  Knot next_knot(double from, double) const override { return sources_.next_knot(from); }
+  Knot next_knot(double from, double) override { return sources_.next_knot(from); }
   void set_sides(const Sides& sides) override { sides_ = sides; }
   PetscErrorCode prepare(const Plan& plan) override;
   std::int64_t startup_steps() const override { return startup_steps_; }
@@ -43,7 +43,7 @@ class LinearModel final : public Model {
   PetscErrorCode covers(double t_start, double t_end) override;
   void keep_sums(const Keeper& keep) override;
   PetscErrorCode last_fault(std::string* text) override;
-  PetscErrorCode mark_differential(Vec marks, bool* all) override;
+  PetscErrorCode mark_differential(Vec* marks) override;
   PetscErrorCode advice(double t, std::string* text) override;
 
  private:

@@ -68,6 +68,17 @@ PetscErrorCode LinearisedForces::predict_tensions(Vec z, double turn, double* pa
   PetscFunctionReturn(0);
 }
 
+double LinearisedForces::damping_rate() const {
+  const Links& links = net_->links;
+  double most = 0;
+  for (PetscInt i = 0; i < net_->n && !links.damping.empty(); ++i) {
+    double sum = 0;
+    for (PetscInt e = links.start[i]; e < links.start[i + 1]; ++e) sum += links.damping[e];
+    most = std::max(most, sum / net_->inertia[i]);
+  }
+  return most;
+}
+
 PetscErrorCode LinearisedForces::damping_force(const double* w, double* f) {
   const PetscInt d = net_->dim;
   PetscScalar* a = nullptr;

@@ -31,6 +31,7 @@ class LinearisedForces final : public Linearisation {
   void forget_tensions() override { state_.set_tensions(nullptr); }
   PetscErrorCode damping_force(const double* w, double* f) override;
   bool damps() const override { return damped_; }
+  double damping_rate() const override;
   void stiffness_sizes(double* size) override {
     for (const Term* term : *terms_) term->stiffness_sizes(t_, state_, size);
   }

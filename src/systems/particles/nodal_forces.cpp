@@ -117,14 +117,8 @@ void NodalForces::set_static(double s, bool grow) {
   load_ = grow ? s : 1;
 }
 
-Knot NodalForces::next_knot(double from, double to) const {
-  Knot next;
-  for (const Given& one : given_) next.take(one.drive.next_knot(from, to));
-  return next;
-}
-
-void NodalForces::set_sides(const Sides& sides) {
-  for (Given& one : given_) one.drive.set_sides(sides);
+void NodalForces::list_drives(std::vector<Drive*>* all) {
+  for (Given& one : given_) all->push_back(&one.drive);
 }
 
 void NodalForces::add_varying(std::size_t k, double t, double* f) const {

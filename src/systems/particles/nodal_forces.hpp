@@ -24,9 +24,8 @@ class NodalForces final : public Term {
   bool varies() const { return varies_; }
   /// From now on all are dead loads of an equilibrium; `grow`: with s.
   void set_static(double s, bool grow);
-  /// System::next_knot and System::set_sides, of those that vary.
-  Knot next_knot(double from, double to) const;
-  void set_sides(const Sides& sides);
+  /// Adds what varies of them in time.
+  void list_drives(std::vector<Drive*>* all);
   /// Whether some act that grow with s.
   bool grows() const { return active_ && grow_; }
 

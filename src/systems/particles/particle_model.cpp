@@ -206,15 +206,21 @@ PetscErrorCode ParticleModel::commit_start() {
   PetscFunctionReturn(0);
 }
 
-Knot ParticleModel::next_knot(double from, double to) const {
-  Knot next = constraints_.next_knot(from, to);
-  next.take(forces_.next_knot(from, to));
+std::vector<Drive*> ParticleModel::drives() {
+  std::vector<Drive*> all;
+  forces_.list_drives(&all);
+  constraints_.list_drives(&all);
+  return all;
+}
+
+Knot ParticleModel::next_knot(double from, double to) {
+  Knot next;
+  for (const Drive* drive : drives()) next.take(drive->next_knot(from, to));
   return next;
 }
 
 void ParticleModel::set_sides(const Sides& sides) {
-  forces_.set_sides(sides);
-  constraints_.set_sides(sides);
+  for (Drive* drive : drives()) drive->set_sides(sides);
   terms_->renew();
 }
 

@@ -82,7 +82,7 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode gather_memory(std::vector<StatePart>* parts) override { return terms_->gather_history(parts); }
   PetscErrorCode scatter_memory() override { return terms_->recall(); }
   bool remembers() const override { return terms_->remembers(); }
-  Knot next_knot(double from, double to) const override;
+  Knot next_knot(double from, double to) override;
   void set_sides(const Sides& sides) override;
   PetscErrorCode fingerprint(std::uint64_t* value) override;
   PetscErrorCode take_constants(std::vector<Dataset>* out) override;
@@ -110,6 +110,8 @@ class ParticleModel final : public Mechanics {
   PetscErrorCode make_order();
   PetscErrorCode fill_output(Vec y);
   std::string spring_laws_in_words() const;
+  /// All that is given over time.
+  std::vector<Drive*> drives();
   bool knows_interior(double t) const;
   void note_interior(double t, const Singularity& fault);
   /// Collective. What every evaluation of the terms needs of the state: ghosts, and sums over all particles.

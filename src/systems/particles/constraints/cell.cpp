@@ -212,14 +212,8 @@ void Cell::find_drag(double t, Error* fault) const {
                      t, drag_.c_str()));
 }
 
-Knot Cell::next_knot(double from, double to) const {
-  Knot next;
-  for (const Component& one : components_) next.take(one.drive.next_knot(from, to));
-  return next;
-}
-
-void Cell::set_sides(const Sides& sides) {
-  for (Component& one : components_) one.drive.set_sides(sides);
+void Cell::list_drives(std::vector<Drive*>* all) {
+  for (Component& one : components_) all->push_back(&one.drive);
 }
 
 void Cell::find_jumps(double from, double to, Error* fault) const {

@@ -70,9 +70,8 @@ class Cell {
     at_rest_ = at_rest;
     full_load_ = full_load;
   }
-  /// System::next_knot and System::set_sides, of its strains.
-  Knot next_knot(double from, double to) const;
-  void set_sides(const Sides& sides);
+  /// Adds what its strains follow.
+  void list_drives(std::vector<Drive*>* all);
   /// Collective. Ends the run with exit code 2 where a table does not reach t_end.
   PetscErrorCode reaches(double t_end) const;
   /// There is drag against a fluid, by this name, which a box that flows has no place for.

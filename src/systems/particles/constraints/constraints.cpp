@@ -220,17 +220,10 @@ void Constraints::set_loads(const Loads& loads) {
   box_.set_static(loads.at_rest, loads.box_at_full_load);
 }
 
-Knot Constraints::next_knot(double from, double to) const {
-  Knot next = box_.next_knot(from, to);
-  next.take(anchors_.drive.next_knot(from, to));
-  for (const Moved& one : motions_) next.take(one.drive.next_knot(from, to));
-  return next;
-}
-
-void Constraints::set_sides(const Sides& sides) {
-  for (Moved& one : motions_) one.drive.set_sides(sides);
-  anchors_.drive.set_sides(sides);
-  box_.set_sides(sides);
+void Constraints::list_drives(std::vector<Drive*>* all) {
+  for (Moved& one : motions_) all->push_back(&one.drive);
+  all->push_back(&anchors_.drive);
+  box_.list_drives(all);
 }
 
 /// In what is held at rest there are no velocities, and a jump is a step of the load.

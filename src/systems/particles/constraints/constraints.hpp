@@ -58,9 +58,8 @@ class Constraints {
   /// Whether motions hold and move anything; whether anything is another at another time.
   bool drives() const;
   bool time_dependent() const { return drives() || anchors_.active() || box_.moving(); }
-  /// System::next_knot and System::set_sides, of all that is driven.
-  Knot next_knot(double from, double to) const;
-  void set_sides(const Sides& sides);
+  /// Adds what all that is driven follows.
+  void list_drives(std::vector<Drive*>* all);
   Cell& box() { return box_; }
   const Cell& box() const { return box_; }
   Motion& anchors() { return anchors_; }
