@@ -154,7 +154,7 @@ class Mechanics : public System {
   /// the next call. Not finite where a law has no value: last_fault() says which.
   virtual PetscErrorCode force(double t, Vec y, const double** f) = 0;
   /// Collective. size: (n, d), magnitudes that add up to the force on each particle and may cancel: rounding errors of the
-  /// force are this times the machine's precision [N].
+  /// force are this times the machine's precision [N]. sigma: of x' = sigma x + ..., by which velocities are rounded [1/s]; 0: nothing moves.
   virtual PetscErrorCode force_magnitudes(double t, Vec y, double sigma, double* size) = 0;
   /// Collective. At each owned particle, held ones included [N]. inner: sizes of the forces between particles, added up; outer: the largest of what
   /// anchors and fields exert, and of the force that holds it.

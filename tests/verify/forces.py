@@ -174,8 +174,6 @@ def bends(checks, folder):
             errors.append(np.hypot(r.position[-1, 1, 0] - 1 - y[0], (r.velocity[-1, 1, 0] - y[1]) / np.sqrt(K / M)))
         found = observed_orders([T / n for n in counts], errors)[-1]
         checks.true(f"{name}: order 2", abs(found - 2) <= 0.15, f"{found:.3f}, errors {errors}")
-
-
     if checks.ranks > 1:
         return
     adapted = {**base, "ts_adapt_type": "basic", "ts_rtol": 1e-8, "ts_atol": 1e-8, "ts_dt": 0.01}

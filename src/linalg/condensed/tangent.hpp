@@ -1,8 +1,9 @@
 // A second-order system linearised at one state, as the condensed solve sees it. With a = r_x (velocity form) or M^-1 r_x
 // (momentum form) and r_v brought to momentum form, J (z_x, z_v) = (r_x, r_v) is
 //   S w = r_v + (sigma M - D) a,   S = sigma M - D - K/sigma,   z_x = w/sigma,   z_v = w - a
-// or S z_v = r_v + K a/sigma, which is more precise where dampers are strong and all moves alike: D M^-1/sigma times the rounding of a is then no
-// error of z_v. where K = df/dx, D = df/dv.
+// where K = df/dx, D = df/dv; or
+//   S z_v = r_v + K a/sigma,   z_x = (z_v + a)/sigma
+// which is more precise where dampers are strong and all moves alike: D M^-1/sigma times the rounding of a is then no error of z_v.
 #pragma once
 #include <petscmat.h>
 

@@ -198,8 +198,9 @@ bool Expression::parse(const std::string& text, bool placed, std::string* error)
 static bool apply_at_zero(int function, double t, Side side, double* u) {
   const bool exact = side == Side::given || side == Side::mean;
   if ((function != STEP && function != ABS) || std::abs(u[0]) > (exact ? 0 : 1e-10 * std::abs(t * u[1]))) return false;
-  if (side == Side::given || (!exact && u[1] == 0)) return false;
-  const double over = side == Side::mean ? 0.5 : (u[1] > 0) == (side == Side::right) ? 1 : 0;  // what the values above 0 count
+  if (side == Side::given ? function == ABS : !exact && u[1] == 0) return false;
+  // what the values above 0 count
+  const double over = side == Side::given ? 1 : side == Side::mean ? 0.5 : (u[1] > 0) == (side == Side::right) ? 1 : 0;
   if (function == STEP) {
     u[0] = over;
     u[1] = u[2] = 0;

@@ -167,6 +167,7 @@ TEST_CASE("at a knot an expression has the value of the side that is asked for")
     CHECK(value("abs(t-0.3)", t, Side::right)[1] == 1);
   }
   CHECK(value("4*step(0.3-t)", 0.3, Side::given)[0] == 4);
+  CHECK(value("step(sqrt(t))", 0, Side::given) == V{1, 0});  // whose argument rises without bound
   CHECK(value("4*step(t-0.3)", 0.3, Side::mean) == V{2, 0});
   CHECK(value("abs(t-0.3)", 0.3, Side::mean) == V{0, 0});
   CHECK(value("4*step(t-0.2)", 0.3, Side::left)[0] == 4);
